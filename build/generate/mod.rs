@@ -315,6 +315,7 @@ impl palpate::scene::Scene for {name} {{
             preload_nm: [{}, {}],
             object_give_m_per_n: {},
             leverage_sigma: {},
+            worm_error_rad: {},
             swing_rms_nm: {},
             ..palpate::sensing::Settings::default()
         }}
@@ -345,6 +346,7 @@ const _: &<{name} as palpate::scene::Scene>::Finger = &<{name} as palpate::scene
         of("sensing.preload_sigma_nm"),
         of("sensing.object_compliance_sigma_m_per_n"),
         of("sensing.leverage_sigma"),
+        of("sensing.worm_error_rad"),
         // Convert the finger's largest swing to the motor's torque before the gears' losses, root mean square.
         literal(scene.number("sensing.swing_nm") * FRAC_1_SQRT_2 / efficiency),
     ));

@@ -138,6 +138,7 @@ pub const KEYS: &[Key] = &[
     must("sensing.preload_sigma_nm", Number(0.0, 10.0)),
     must("sensing.object_compliance_sigma_m_per_n", Number(1e-6, 1.0)),
     must("sensing.leverage_sigma", Number(0.0, 1.0)),
+    must("sensing.worm_error_rad", Number(0.0, 0.02)),
     must("sensing.swing_nm", Number(0.0, 1.0)),
     must("sensing.torque_factor", Number(0.5, 1.5)),
     must("sensing.torque_factor_sigma", Number(1e-3, 1.0)),

@@ -45,6 +45,8 @@ pub struct Settings {
     /// Standard deviation of the finger's leverage from one place of contact to another, as a share: lengths of pulleys and links that
     /// differ from the scene's, and losses on them.
     pub leverage_sigma: f32,
+    /// Amplitude of the transmission error over a turn of the worm, radian; 0 where it is not known, or below 1 mrad.
+    pub worm_error_rad: f32,
     /// How a finger whose weight is stated hangs, if not as it was built; no other finger reads it.
     #[cfg(not(weightless))]
     pub mounting: Option<Mounting>,
@@ -105,6 +107,7 @@ impl Default for Settings {
             force_scale: None,
             object_give_m_per_n: 0.0,
             leverage_sigma: 0.0,
+            worm_error_rad: 0.0,
             #[cfg(not(weightless))]
             mounting: None,
             swing_rms_nm: 0.0,

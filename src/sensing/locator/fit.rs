@@ -369,6 +369,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
                 residual: point.excess_nm - prediction.excess_nm,
                 slopes: prediction.slopes,
                 variance: prediction.variance_nm2,
+                nm_per_rad: prediction.slopes[ONSET],
             };
             if !has_place {
                 row.slopes[K] = 0.0;

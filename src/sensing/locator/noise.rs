@@ -6,13 +6,14 @@
 //! - the wander of friction, an Ornstein-Uhlenbeck process of time;
 //! - a share of the load, because the gears' efficiency changes with the turn of the worm: a wave of that period whose size
 //!   and phase are not known, and what is left of it, correlated over a third of a turn;
+//! - an error of the angle over that turn, where a scene states one (docs/SENSING.md#transmission-error), as part of the wave;
 //! - white noise: that of the blocks, of the impact of the contact, and of the load.
 //!
 //! The filter predicts this sum from the previous points; the innovations are independent. The derivatives of the model go
 //! through the same filter, so that least squares of the innovations are generalised least squares.
 
 use super::prior::UNKNOWNS;
-use crate::numeric::{Bounded, exp, sin_cos};
+use crate::numeric::{Bounded, exp, sin_cos, sqrt};
 use crate::sensing::Drivetrain;
 use crate::sensing::curve::Point;
 use core::f32::consts::TAU;
@@ -53,6 +54,8 @@ pub struct Noise {
     pub trend_nm_per_s: f32,
     /// Speed of the input link, radian per second.
     pub speed_rad_per_s: f32,
+    /// Amplitude of the transmission error over a turn of the worm, radian, >= 0.
+    pub worm_error_rad: f32,
 }
 
 /// A residual and the model's derivatives at it, by the unknowns.
@@ -62,6 +65,8 @@ pub(super) struct Row {
     pub(super) slopes: [f32; UNKNOWNS],
     /// Variance of the residual without the filter's states; afterwards that of the innovation.
     pub(super) variance: f32,
+    /// Stiffness of what is seen from the motor, newton metre per radian.
+    pub(super) nm_per_rad: f32,
 }
 
 /// State of the filter along one curve.
@@ -112,8 +117,12 @@ impl Whitening {
             self.fade(REST, fading, REST_SHARE * REST_SHARE);
         }
         let load = point.excess_nm.at_least(0.0);
+        // An error of the angle is a wave of the same period, whose phase has nothing to do with the efficiency's: variances add up. Two
+        // more states for it would cost a third more in each point.
+        let error = self.noise.worm_error_rad / WAVE_SHARE * row.nm_per_rad;
+        let wave = sqrt(load * load + error * error);
         let (sin, cos) = sin_cos(TAU * (turns - (turns as i32) as f32));
-        let seen = [1.0, point.time_s, 1.0, load * cos, load * sin, load];
+        let seen = [1.0, point.time_s, 1.0, wave * cos, wave * sin, load];
         let impact = IMPACT_NM_S_PER_RAD * self.noise.speed_rad_per_s * self.bounce(past_rad);
         let white = WHITE_SHARE * load;
         row.variance +=
@@ -193,4 +202,159 @@ fn update(
     *sine += gain[SINE] * left;
     *rest += gain[REST] * left;
     left
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::ln;
+    use crate::scene::{P70, Scene};
+    use nalgebra::{DMatrix, DVector};
+
+    const NOISE: Noise = Noise {
+        wander_nm: 0.6e-3,
+        wander_s: 2.0,
+        level_nm: 1.5e-3,
+        trend_nm_per_s: 4e-4,
+        speed_rad_per_s: 0.3,
+        worm_error_rad: 0.0,
+    };
+    /// Angle between points, radian.
+    const STEP_RAD: f32 = 0.011;
+
+    /// Points of a contact that stiffens, with what is seen from the motor.
+    fn rows(drivetrain: &Drivetrain) -> Vec<(Point, Row)> {
+        (0..40u8)
+            .map(|i| {
+                let along = f32::from(i);
+                let point = Point {
+                    counts: along * STEP_RAD / drivetrain.rad_per_count,
+                    time_s: along * STEP_RAD / NOISE.speed_rad_per_s,
+                    excess_nm: 4e-3 * along + 1e-4 * along * along,
+                    variance_nm2: 1e-8,
+                    blocks: 3,
+                    ..Point::EMPTY
+                };
+                let row = Row {
+                    residual: 2e-3 * (0.7 * along).sin() + 1e-3 * (0.1 * along * along).cos(),
+                    slopes: [0.0; UNKNOWNS],
+                    variance: 2e-8,
+                    nm_per_rad: -(0.2 + 0.02 * along),
+                };
+                (point, row)
+            })
+            .collect()
+    }
+
+    /// Covariance of the residuals of these points, by the definition of the noise, f64.
+    fn covariance(noise: &Noise, drivetrain: &Drivetrain) -> DMatrix<f64> {
+        let rows = rows(drivetrain);
+        let square = |x: f32| f64::from(x) * f64::from(x);
+        let turn =
+            |point: &Point| f64::from(point.counts) / f64::from(drivetrain.counts_per_worm_turn);
+        DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
+            let ((a, left), (b, right)) = (&rows[i], &rows[j]);
+            let [load_a, load_b] = [a, b].map(|point| f64::from(point.excess_nm));
+            let apart_s = f64::from((a.time_s - b.time_s).abs());
+            let turns = turn(a) - turn(b);
+            let in_phase = (core::f64::consts::TAU * turns).cos();
+            // One wave of efficiency and angle error.
+            let size = |of: &Row, load: f64| {
+                let error = square(noise.worm_error_rad) * square(of.nm_per_rad);
+                (square(WAVE_SHARE) * load * load + error).sqrt()
+            };
+            let wave = 0.5 * size(left, load_a) * size(right, load_b);
+            let rest =
+                square(REST_SHARE) * load_a * load_b * (-turns.abs() / f64::from(REST_TURNS)).exp();
+            let white = if i == j {
+                let past_rad = a.counts * drivetrain.rad_per_count;
+                let bounce = f64::from(-past_rad / (noise.speed_rad_per_s * IMPACT_S)).exp();
+                f64::from(left.variance + a.variance_nm2)
+                    + square(WHITE_SHARE) * load_a * load_a / f64::from(a.blocks)
+                    + square(IMPACT_NM_S_PER_RAD * noise.speed_rad_per_s) * bounce * bounce
+            } else {
+                0.0
+            };
+            square(noise.level_nm)
+                + square(noise.trend_nm_per_s) * f64::from(a.time_s * b.time_s)
+                + square(noise.wander_nm) * (-apart_s / f64::from(noise.wander_s)).exp()
+                + wave * in_phase
+                + rest
+                + white
+        })
+    }
+
+    /// Sum of the squared innovations over their variances, and of the logarithms of these.
+    fn whitened(noise: &Noise, drivetrain: &Drivetrain) -> [f64; 2] {
+        let mut whitening = Whitening::new(noise, drivetrain);
+        let mut sums = [0.0; 2];
+        for (point, mut row) in rows(drivetrain) {
+            let past_rad = point.counts * drivetrain.rad_per_count;
+            whitening.whiten(&point, past_rad, 0, &mut row);
+            sums[0] += f64::from(row.residual * row.residual / row.variance);
+            sums[1] += f64::from(ln(row.variance));
+        }
+        sums
+    }
+
+    #[test]
+    fn innovations_are_as_likely_as_the_residuals_by_their_whole_covariance() {
+        let drivetrain = P70::drivetrain(&P70::MECHANISM);
+        let residuals = rows(&drivetrain).into_iter();
+        let residuals = DVector::from_iterator(40, residuals.map(|(_, row)| row.residual.into()));
+        let mut logarithms = Vec::new();
+        for worm_error_rad in [0.0, 1e-3, 4e-3] {
+            let noise = Noise {
+                worm_error_rad,
+                ..NOISE
+            };
+            let [squares, logarithm] = whitened(&noise, &drivetrain);
+            let factor = covariance(&noise, &drivetrain)
+                .cholesky()
+                .expect("a covariance");
+            let expected = residuals.dot(&factor.solve(&residuals));
+            assert!(
+                (squares / expected - 1.0).abs() < 2e-3,
+                "{worm_error_rad}: {squares} {expected}"
+            );
+            let expected = 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
+            assert!(
+                (logarithm - expected).abs() < 0.02,
+                "{worm_error_rad}: {logarithm} {expected}"
+            );
+            logarithms.push(logarithm);
+        }
+        // An error that is stated is more noise.
+        assert!(logarithms.is_sorted() && logarithms[2] > logarithms[0] + 1.0);
+    }
+
+    /// Where the load is small a stiff finger shows the error of the angle all the same, a soft one does not.
+    #[test]
+    fn an_error_of_the_angle_counts_with_the_stiffness() {
+        let drivetrain = P70::drivetrain(&P70::MECHANISM);
+        let variance = |worm_error_rad: f32, nm_per_rad: f32| {
+            let noise = Noise {
+                worm_error_rad,
+                ..NOISE
+            };
+            let point = Point {
+                blocks: 1,
+                ..Point::EMPTY
+            };
+            let mut row = Row {
+                residual: 0.0,
+                slopes: [0.0; UNKNOWNS],
+                variance: 0.0,
+                nm_per_rad,
+            };
+            Whitening::new(&noise, &drivetrain).whiten(&point, 1.0, 0, &mut row);
+            row.variance
+        };
+        let none = variance(0.0, 1.0);
+        for nm_per_rad in [0.2f32, 1.0] {
+            let more = variance(2e-3, nm_per_rad) - none;
+            let expected = 0.5 * (2e-3 * nm_per_rad) * (2e-3 * nm_per_rad);
+            assert!((more / expected - 1.0).abs() < 1e-2, "{more} {expected}");
+        }
+    }
 }

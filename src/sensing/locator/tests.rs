@@ -45,6 +45,7 @@ pub(super) fn prior_of<X: SeriesElement>() -> Prior<X> {
             level_nm: 5e-3,
             trend_nm_per_s: 3e-4,
             speed_rad_per_s: 0.3,
+            worm_error_rad: 0.0,
         },
         series: PhantomData,
     }

@@ -99,6 +99,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
                 level_nm: efficiency * wander.level_sigma_nm,
                 trend_nm_per_s: efficiency * wander.trend_sigma_nm_per_s,
                 speed_rad_per_s: self.settings.speed_rad_per_s,
+                worm_error_rad: self.settings.worm_error_rad,
             },
             unevenness_nm: (self.friction.as_ref())
                 .and_then(|friction| friction.unevenness_nm())

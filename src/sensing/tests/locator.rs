@@ -45,6 +45,7 @@ pub(in crate::sensing) fn prior(onset_rad: f32) -> Prior<Cable> {
             level_nm: LEVEL_NM,
             trend_nm_per_s: 1e-4,
             speed_rad_per_s: SPEED_RAD_PER_S,
+            worm_error_rad: 0.0,
         },
         series: PhantomData,
     }

@@ -64,6 +64,7 @@ pub(super) const NOISE: AssumedNoise = AssumedNoise {
     level_nm: 1e-3,
     trend_nm_per_s: 3e-4,
     speed_rad_per_s: 0.1,
+    worm_error_rad: 0.0,
 };
 
 /// The noise of every curve: docs/BOUNDS.md#estimation-from-recordings, as `palpate::sensing::locator` takes it over.

@@ -25,8 +25,8 @@ const HEAVY_KG_PER_M: f64 = 0.406;
 
 type Change = fn(&mut Parameters);
 
-/// Effects on the default finger, whose firmware knows of none of them but what its user sets of the skin.
-const EFFECTS: [(&str, Change); 21] = [
+/// Effects on the default finger, whose firmware knows of none of them but what its user sets of the skin and states of the worm.
+const EFFECTS: [(&str, Change); 23] = [
     ("effect: none", |_| {}),
     ("effect: cable stiffens by 17 % up to 0.35 N m", |p| {
         p.cable.stiffening_per_nm = 0.49;
@@ -58,6 +58,8 @@ const EFFECTS: [(&str, Change); 21] = [
     ("effect: worm error 2 mrad", |p| {
         p.transmission.worm_error_rad = 2e-3;
     }),
+    ("effect: worm error 1 mrad, stated", |p| err(p, 1e-3)),
+    ("effect: worm error 2 mrad, stated", |p| err(p, 2e-3)),
     ("effect: 65 g that opens it, not stated", |p| {
         weigh(p, -90.0)
     }),
@@ -101,6 +103,11 @@ const ON_HEAVY: [(&str, Change); 4] = [
 fn rub(parameters: &mut Parameters, coefficient: f64) {
     parameters.contact.friction = coefficient;
     parameters.contact.stated_friction = coefficient;
+}
+
+fn err(parameters: &mut Parameters, rad: f64) {
+    parameters.transmission.worm_error_rad = rad;
+    parameters.transmission.stated_worm_error_rad = rad;
 }
 
 fn weigh(parameters: &mut Parameters, mounting_deg: f64) {
@@ -171,6 +178,7 @@ pub fn effects(plan: &Plan) -> Vec<Job> {
         flush_m: 0.0,
     };
     let of_large: (&str, Change) = ("effect: cylinder of 120 mm", |_| {});
+    let of_large_rigid: (&str, Change) = ("effect: cylinder of 120 mm, taken to be rigid", |_| {});
     (0..FINGERS)
         .flat_map(|finger| {
             let on_default =
@@ -179,7 +187,10 @@ pub fn effects(plan: &Plan) -> Vec<Job> {
                 .map(|effect| self::effect::<P70Grasp>(plan, effect, &small, finger));
             let on_heavy =
                 ON_HEAVY.map(|effect| self::effect::<Tendon2>(plan, effect, &small, finger));
-            let on_large = [effect::<P70>(plan, of_large, &large, finger)];
+            let on_large = [
+                effect::<P70>(plan, of_large, &large, finger),
+                effect::<P70Grasp>(plan, of_large_rigid, &large, finger),
+            ];
             (on_default.into_iter().chain(on_rigid))
                 .chain(on_heavy)
                 .chain(on_large)

@@ -34,6 +34,11 @@ impl Setup {
         if let Some(stated) = parameters.contact.stated() {
             settings.contact_friction = settings.rubbed_with(stated as f32);
         }
+        let stated = parameters.transmission.stated_worm_error_rad;
+        replace(
+            &mut settings.worm_error_rad,
+            Some(stated as f32).filter(|rad| *rad > 0.0),
+        );
         settings.mounting = S::mounting(parameters);
         settings
     }
