@@ -62,6 +62,9 @@ fn radius_m(index: usize) -> f32 {
 const ORDER: [(usize, usize); 6] = [(1, 1), (0, 1), (2, 1), (3, 2), (4, 3), (5, 4)];
 /// A radius less likely than the best by this logarithm is skipped, with those beyond it.
 const HOPELESS: f32 = 10.0;
+/// The same of a hypothesis against the others: another radius may change much, but not as much. Most contacts on phalanx 1 have their
+/// last word earlier for it.
+const LOST: f32 = 100.0;
 /// Index of the largest radius. It is fitted only where the data demand it.
 const LARGE: usize = 5;
 /// They do where the next smaller radius is likelier than all others by this logarithm.
@@ -306,6 +309,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     /// Moves on to the next start, radius or hypothesis.
     fn go_on(&mut self, prior: &Prior<X>, joint: impl Told) {
         let starts = self.starts();
+        let lost = (self.best_fit()).map_or(f32::NEG_INFINITY, |fit| fit.ln_evidence - LOST);
         let Some(track) = self.tracks.get_mut(self.track) else {
             return;
         };
@@ -334,6 +338,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 }
             }
             best += if radius == LARGE { DEMANDED } else { -HOPELESS };
+            best = best.at_least(lost);
             let hopeful = (track.fit(from)).is_some_and(|fitted| fitted.ln_evidence > best);
             if hopeful {
                 return;

@@ -70,6 +70,21 @@ pub(super) fn curve_of<F: Mechanics, X: SeriesElement>(
     radius_m: f32,
     values: &[(usize, f32)],
 ) -> Vec<Point> {
+    let hold = Hold::Contact {
+        phalanx: 2,
+        radius_m,
+    };
+    curve_held(finger, drivetrain, prior, hold, values)
+}
+
+/// The same of any kind of contact.
+fn curve_held<F: Mechanics, X: SeriesElement>(
+    finger: &F,
+    drivetrain: &Drivetrain,
+    prior: &Prior<X>,
+    hold: Hold,
+    values: &[(usize, f32)],
+) -> Vec<Point> {
     let free = |rad| onset::at::<F, X>(finger, rad, prior, &finger.rest()).unwrap();
     let chosen = values;
     let mut values = [0.0; UNKNOWNS];
@@ -80,10 +95,6 @@ pub(super) fn curve_of<F: Mechanics, X: SeriesElement>(
     for &(unknown, value) in chosen {
         values[unknown] = value;
     }
-    let hold = Hold::Contact {
-        phalanx: 2,
-        radius_m,
-    };
     let mut model = Model::<_, X>::new(
         finger,
         (0.0, drivetrain),
@@ -321,4 +332,32 @@ fn a_contact_uses_what_pins_have_told_of_the_joints() {
             "{k_m}: {off_m} +- {sigma_m}, without {off_without_m} +- {sigma_without_m}"
         );
     }
+}
+
+/// What is lost against another hypothesis is not fitted with other radii: the last word comes earlier.
+#[test]
+fn a_hypothesis_that_is_lost_has_one_radius() {
+    let finger = P70::MECHANISM;
+    let drivetrain = P70::drivetrain(&finger);
+    let near = finger.rest();
+    // A factor that is known leaves the other phalanx no way out.
+    let mut prior = prior();
+    prior.calibration.torque_factor_sigma = 2e-3;
+    let radii = |points: &[Point]| {
+        let data = Data {
+            points,
+            origin_rad: 0.0,
+            drivetrain: &drivetrain,
+        };
+        let mut locator = Locator::<_, Cable>::default();
+        assert!(locator.begin(&finger, &data, &prior, &near, true));
+        while !locator.step(&finger, &data, &prior, &near, ()) {}
+        let distal = locator.tracks.iter().find(|track| track.phalanx == 2);
+        let fits = distal.expect("a hypothesis").fits;
+        fits.iter().flatten().count()
+    };
+    let proximal = curve_held(&finger, &drivetrain, &prior, Hold::Proximal, &[]);
+    assert_eq!(radii(&proximal), 1);
+    let distal = curve(0.035, 0.02, 0.2e-3, &drivetrain);
+    assert!(radii(&distal) > 2);
 }
