@@ -10,6 +10,7 @@ use palpate_simulation::Simulated;
 
 use super::live::{Failure, Recording, nominal_sensor};
 use crate::paper;
+use crate::recordings::protocol::{LAST_WORD, idle_after};
 use crate::reference::{Finger, Stage};
 use crate::score::{Answer, Contact, Listener, Trial};
 
@@ -37,6 +38,7 @@ pub fn ours<S: Simulated>(
     sensor.set_settings(knowledge.settings);
     sensor.set_calibration(knowledge.calibration);
     sensor.set_friction(knowledge.friction.clone());
+    let force_n = |time_s, phalanx| recording.force_n(time_s, phalanx);
     let mut listener = Listener::default();
     let mut directive = Directive::Rest;
     for (wanted, sample) in &recording.samples {
@@ -45,9 +47,14 @@ pub fn ours<S: Simulated>(
             sensor.direct(directive);
         }
         if let Some(event) = sensor.update(sample) {
-            listener.hear(sample.time_us, &event, |time_s, phalanx| {
-                recording.force_n(time_s, phalanx)
-            });
+            listener.hear(sample.time_us, &event, force_n);
+        }
+    }
+    // With another calibration the last word may need more fits than it did while the finger closed.
+    let last = recording.samples.last().map(|(_, sample)| *sample);
+    for idle in idle_after(last.as_slice(), LAST_WORD) {
+        if let Some(event) = sensor.update(&idle) {
+            listener.hear(idle.time_us, &event, force_n);
         }
     }
     Ok(listener.trial(truth))

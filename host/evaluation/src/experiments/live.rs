@@ -88,9 +88,11 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// True contact force on a phalanx at an instant, newton; NaN where another presses harder, or none.
+    /// True contact force on a phalanx at an instant, newton; NaN where another presses harder, or none. What presses at the end goes on.
     #[must_use]
     pub fn force_n(&self, time_s: f64, phalanx: u8) -> f64 {
+        let end_us = self.samples.last().map_or(0, |(_, sample)| sample.time_us);
+        let time_s = time_s.min(1e-6 * end_us as f64);
         let after = self.forces.partition_point(|(time, ..)| *time < time_s);
         match self.forces.get(after) {
             Some(&(_, pressed, force_n)) if pressed == phalanx => force_n,

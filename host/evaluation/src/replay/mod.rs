@@ -30,7 +30,7 @@ use palpate::sensing::{
     SeriesElement, Settings, Suspicion,
 };
 
-use crate::recordings::protocol::{FLUSH, Speeds, idle_after};
+use crate::recordings::protocol::{FLUSH, LAST_WORD, Speeds, idle_after};
 use crate::trace::{PERIOD_US, Streamed};
 
 /// Where the recording of friction was found.
@@ -231,7 +231,7 @@ fn replay<S: Scene>(samples: &[Sample], before: &Preparation, purpose: Directive
         note(&mut evidence, sample.time_us, sensor.suspicion());
         last_us = Some(sample.time_us);
     }
-    for idle in idle_after(samples, FLUSH) {
+    for idle in idle_after(samples, LAST_WORD) {
         let before = told.len();
         take(&mut sensor, &idle, &mut told);
         take_object(&sensor, &idle, before, &told);

@@ -9,8 +9,7 @@ use crate::sensing::locator::prior::{GIVE, Scaling, UNKNOWNS};
 use crate::sensing::normal::Normal;
 
 /// Logarithm of the odds against an object that gives way: one of nine does (chosen), and its prior is half a normal distribution, twice as
-/// dense. Seen from a finger whose torque factor is not known, a soft object on phalanx 2 is much like any on phalanx 1: with even odds
-/// fewer of those are named.
+/// dense. With even odds rigid objects are taken to be soft more often, and are told a little worse.
 const FEW: f32 = 1.386;
 
 impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
