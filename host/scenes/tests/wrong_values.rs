@@ -124,6 +124,11 @@ fn a_value_out_of_range_is_named_with_its_range() {
             "`sensing.object_compliance_sigma_m_per_n` = 0 is out of range, allowed 0.000001 to 1",
         ),
         (
+            // Entered in mrad.
+            "sensing.worm_error_rad = 2",
+            "`sensing.worm_error_rad` = 2 is out of range, allowed 0 to 0.02",
+        ),
+        (
             "finger.joint_min_deg = [-30, 10]\nfinger.rest_deg = [0, -85]",
             "`finger.rest_deg[1]` = -85 is out of range, allowed -80 to 120",
         ),
