@@ -127,7 +127,7 @@ impl<S: Simulated> Simulation<S> {
         }
     }
 
-    /// What the user knows of the skin is set; then offset, homing, friction recorded on a free closing and opening, and, where there is
+    /// What the user knows of skin and worm is set; then offset, homing, friction recorded on a free closing and opening, and, where there is
     /// a cable that nobody knows yet, a press on the closing stop.
     ///
     /// # Errors
@@ -144,6 +144,10 @@ impl<S: Simulated> Simulation<S> {
                 (Setting::Weight, hangs.share),
             ]
         });
+        let worm_error_rad = parameters.transmission.stated_worm_error_rad;
+        if worm_error_rad > 0.0 {
+            self.slow().sensing.state_worm_error(worm_error_rad as f32);
+        }
         for (setting, value) in skin.into_iter().chain(hangs.into_iter().flatten()) {
             self.slow()
                 .coordinator

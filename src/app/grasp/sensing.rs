@@ -110,6 +110,14 @@ impl<S: Scene> ContactSensing<S> {
         &self.sensor
     }
 
+    /// States the error of the worm's angle, radian, as a scene does: for simulated fingers, whose worlds may know it.
+    pub fn state_worm_error(&mut self, worm_error_rad: f32) {
+        self.sensor.set_settings(Settings {
+            worm_error_rad,
+            ..*self.sensor.settings()
+        });
+    }
+
     /// Takes over a record. Tells the motion half whether friction is known.
     pub fn restore(&mut self, record: &Record<'_>) -> Notice {
         self.adjust(record.overrides);

@@ -1,12 +1,12 @@
 //! Locates the contact and estimates its radius: the whole torque-angle curve against the finger's exact path
 //! (docs/MECHANICS.md#finite-torque-step, docs/BOUNDS.md#estimation-from-recordings).
 //!
-//! A hypothesis is a phalanx, on one side of its stiffest place. For each of several contact radii the location is fitted
-//! together with the other unknowns of contact and drivetrain, each with a prior: the onset, contact friction, torque factor,
-//! friction or preload of the joints, the cable's twist and stiffening, losses or the object's compliance. Residuals are
-//! correlated by friction and efficiency ([`Noise`]). The fits at all radii together, weighted by their evidence, are the posterior: its mean and deviation are the
-//! location's, and its integral over a phalanx is that phalanx's probability. A contact on the proximal phalanx, which has no
-//! place, competes with them.
+//! A hypothesis is a phalanx, on one side of its stiffest place. For each of several contact radii, unless another hypothesis is far
+//! likelier, the location is fitted together with the other unknowns of contact and drivetrain, each with a prior: the onset, contact
+//! friction, torque factor, friction or preload of the joints, the cable's twist and stiffening, losses or the object's compliance.
+//! Residuals are correlated by friction and efficiency ([`Noise`]). The fits at all radii together, weighted by their evidence, are the
+//! posterior: its mean and deviation are the location's, and its integral over a phalanx is that phalanx's probability. A contact on the
+//! proximal phalanx, which has no place, competes with them.
 //!
 //! | module | responsible for |
 //! |---|---|
@@ -62,8 +62,8 @@ fn radius_m(index: usize) -> f32 {
 const ORDER: [(usize, usize); 6] = [(1, 1), (0, 1), (2, 1), (3, 2), (4, 3), (5, 4)];
 /// A radius less likely than the best by this logarithm is skipped, with those beyond it.
 const HOPELESS: f32 = 10.0;
-/// The same of a hypothesis against the others: another radius may change much, but not as much. Most contacts on phalanx 1 have their
-/// last word earlier for it.
+/// The same of a hypothesis against the others, beyond their best chi square, because a fit that explains nothing decides nothing: another
+/// radius may change much, but not as much (chosen). Most contacts on phalanx 1 have their last word earlier for it.
 const LOST: f32 = 100.0;
 /// Index of the largest radius. It is fitted only where the data demand it.
 const LARGE: usize = 5;
@@ -306,10 +306,19 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         better
     }
 
+    /// Logarithm of the evidence below which a hypothesis is lost against the likeliest. None is against a contact that slides off its
+    /// phalanx: beyond the end of its path it bears with any torque, and may win where others are spoiled.
+    fn lost(&self) -> f32 {
+        let best = self.best_fit().filter(|best| !best.leaves);
+        best.map_or(f32::NEG_INFINITY, |best| {
+            best.ln_evidence - best.chi_square - LOST
+        })
+    }
+
     /// Moves on to the next start, radius or hypothesis.
     fn go_on(&mut self, prior: &Prior<X>, joint: impl Told) {
         let starts = self.starts();
-        let lost = (self.best_fit()).map_or(f32::NEG_INFINITY, |fit| fit.ln_evidence - LOST);
+        let lost = self.lost();
         let Some(track) = self.tracks.get_mut(self.track) else {
             return;
         };

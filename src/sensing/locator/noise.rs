@@ -65,7 +65,8 @@ pub(super) struct Row {
     pub(super) slopes: [f32; UNKNOWNS],
     /// Variance of the residual without the filter's states; afterwards that of the innovation.
     pub(super) variance: f32,
-    /// Stiffness of what is seen from the motor, newton metre per radian.
+    /// Change of the excess with the angle of the onset, newton metre per radian, <= 0: the stiffness in contact less that of the free
+    /// finger, whose share of an angle's error the record of friction has, with the other sign.
     pub(super) nm_per_rad: f32,
 }
 

@@ -91,8 +91,9 @@ impl Recording {
     /// True contact force on a phalanx at an instant, newton; NaN where another presses harder, or none. What presses at the end goes on.
     #[must_use]
     pub fn force_n(&self, time_s: f64, phalanx: u8) -> f64 {
+        // Half a sample before the end there is a row in any case.
         let end_us = self.samples.last().map_or(0, |(_, sample)| sample.time_us);
-        let time_s = time_s.min(1e-6 * end_us as f64);
+        let time_s = time_s.min(1e-6 * end_us as f64 - 0.5e-3);
         let after = self.forces.partition_point(|(time, ..)| *time < time_s);
         match self.forces.get(after) {
             Some(&(_, pressed, force_n)) if pressed == phalanx => force_n,
@@ -281,4 +282,48 @@ pub fn nominal_sensor<S: Scene>() -> Sensor<S::Finger, NoJointSensor, S::Series>
     let finger = S::MECHANISM;
     let drivetrain = S::drivetrain(&finger);
     Sensor::new(finger, drivetrain, S::settings(), S::UNCALIBRATED)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use palpate::sample::Drive;
+    use palpate_scenes::P70;
+
+    #[test]
+    fn what_is_stated_of_the_worm_is_known_live_and_in_judgements() {
+        for stated in [0.0, 2e-3] {
+            let mut parameters = Parameters::of("p70").expect("a scene");
+            parameters.transmission.stated_worm_error_rad = stated;
+            let setup = Setup::default();
+            let judged = setup.settings::<P70>(&parameters).worm_error_rad;
+            let (mut bench, _) = Bench::<P70>::new(&parameters, &setup, 1).expect("a bench");
+            let sensor = bench.simulation.slow().sensing.sensor();
+            let live = sensor.settings().worm_error_rad;
+            assert_eq!([judged, live], [stated as f32; 2]);
+        }
+    }
+
+    #[test]
+    fn what_presses_at_the_end_presses_on() {
+        let sample = Sample {
+            time_us: 1_000_000,
+            position_counts: 0,
+            current_a: 0.0,
+            emf_v: f32::NAN,
+            drive: Drive::Idle,
+            joint: (),
+        };
+        let recording = Recording {
+            samples: vec![(Directive::Watch, sample)],
+            // The truth's clock is a sum, and may come out less than the sample's.
+            forces: vec![(0.999, 2, 2.0), (1.0 - 1e-9, 2, 3.0)],
+            ..Recording::default()
+        };
+        for time_s in [1.0, 1.5, 9.0] {
+            assert!((recording.force_n(time_s, 2) - 3.0).abs() < 1e-12);
+            assert!(recording.force_n(time_s, 1).is_nan());
+        }
+        assert!((recording.force_n(0.5, 2) - 2.0).abs() < 1e-12);
+    }
 }

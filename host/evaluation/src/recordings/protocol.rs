@@ -12,8 +12,8 @@ use crate::trace::PERIOD_US;
 /// Samples at rest after a motion, so that what was begun ends.
 pub const FLUSH: u64 = 600;
 /// The same after a recording, so that the last word is said. Where a second contact spoils the curve, the locator tries ever shorter parts
-/// of it first, which takes more than a second. The firmware goes on with that while it holds and opens the finger.
-pub const LAST_WORD: u64 = 3000;
+/// of it first, and may have its last word seconds later. The firmware goes on with that while it holds and opens the finger, for as long.
+pub const LAST_WORD: u64 = 8000;
 /// Least samples at rest before the first motion from which the offset of the current sense is taken.
 const OFFSET_SAMPLES: usize = 50;
 /// Window over which a steady speed is taken, samples.

@@ -373,8 +373,8 @@ section! {
     Transmission {
         /// Error once a turn of the worm, amplitude, radian of the wheel.
         worm_error_rad in 0.0, 0.1;
-        /// What the finger's builder states of it as `sensing.worm_error_rad`, because it was measured; 0 leaves it to the scene. Experiments
-        /// heed it, other firmware has its own scene.
+        /// What the finger's builder states of it as `sensing.worm_error_rad`, because it was measured; 0 leaves it to the scene. The
+        /// simulation heeds it; an emulated image has its own scene.
         stated_worm_error_rad in 0.0, 0.02;
         /// Where it peaks, degree.
         worm_error_phase_deg in -360.0, 360.0;
