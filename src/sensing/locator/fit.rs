@@ -23,8 +23,7 @@ use crate::sensing::normal::{Normal, Unknowns};
 const ENOUGH: f32 = 0.02;
 /// Largest number of passes.
 const MOST_PASSES: u8 = 24;
-/// Points of the curve per call (cost: docs/RESULTS.md#speed-and-size). Three phalanges take fewer: their points cost more, and now and
-/// then one costs twenty times as much.
+/// Points of the curve per call (cost: docs/RESULTS.md#speed-and-size). With three phalanges each costs more, now and then twenty times.
 const fn points_a_step(phalanges: usize) -> usize {
     if phalanges > 2 { 5 } else { 8 }
 }
@@ -272,8 +271,8 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         let mut k_sigma_m = 0.0;
         let mut flat = 0.0;
         if has_place {
-            // Keep a place that the curve hardly tells on its phalanx, and one that is on the joint near the joint, where the verdict
-            // tells no place. On phalanx 2 behind a hidden one the verdict does tell it, so it has its own deviation.
+            // Keep a place that the curve hardly tells on its phalanx, and one on the joint, which the verdict does not tell, near it. On
+            // phalanx 2 behind a hidden one the verdict does tell it, so it has its own deviation.
             let second = matches!(self.hypothesis.hold, Hold::Contact { phalanx: 2, .. });
             let is_on_joint = self.x[K] < JOINT_SHARE && (F::FIRST_TOUCHING == 1 || !second);
             let precision = if is_on_joint {

@@ -62,8 +62,8 @@ fn radius_m(index: usize) -> f32 {
 const ORDER: [(usize, usize); 6] = [(1, 1), (0, 1), (2, 1), (3, 2), (4, 3), (5, 4)];
 /// A radius less likely than the best by this logarithm is skipped, with those beyond it.
 const HOPELESS: f32 = 10.0;
-/// The same of a hypothesis against the others, beyond their best chi square, because a fit that explains nothing decides nothing: another
-/// radius may change much, but not as much (chosen). Most contacts on phalanx 1 have their last word earlier for it.
+/// Fit no other radius of a hypothesis whose logarithm of the evidence is below that of the likeliest fit by more than this and that fit's
+/// chi square, because a poor fit decides little (chosen). Most contacts on phalanx 1 have their last word earlier for it.
 const LOST: f32 = 100.0;
 /// Index of the largest radius. It is fitted only where the data demand it.
 const LARGE: usize = 5;
@@ -306,8 +306,8 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         better
     }
 
-    /// Logarithm of the evidence below which a hypothesis is lost against the likeliest. None is against a contact that slides off its
-    /// phalanx: beyond the end of its path it bears with any torque, and may win where others are spoiled.
+    /// Logarithm of the evidence below which a hypothesis is lost (`LOST`). If the likeliest contact slides off its phalanx, none is lost:
+    /// beyond the end of its path it bears with any torque, and may win where others are spoiled.
     fn lost(&self) -> f32 {
         let best = self.best_fit().filter(|best| !best.leaves);
         best.map_or(f32::NEG_INFINITY, |best| {

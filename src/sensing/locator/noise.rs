@@ -65,8 +65,8 @@ pub(super) struct Row {
     pub(super) slopes: [f32; UNKNOWNS],
     /// Variance of the residual without the filter's states; afterwards that of the innovation.
     pub(super) variance: f32,
-    /// Change of the excess with the angle of the onset, newton metre per radian, <= 0: the stiffness in contact less that of the free
-    /// finger, whose share of an angle's error the record of friction has, with the other sign.
+    /// Derivative of the excess by the angle of the onset, newton metre per radian, <= 0: the free finger's stiffness less that in contact.
+    /// An error of the angle moves the excess by as much, because the friction record already has the free finger's share of it.
     pub(super) nm_per_rad: f32,
 }
 
@@ -118,8 +118,8 @@ impl Whitening {
             self.fade(REST, fading, REST_SHARE * REST_SHARE);
         }
         let load = point.excess_nm.at_least(0.0);
-        // An error of the angle is a wave of the same period, whose phase has nothing to do with the efficiency's: variances add up. Two
-        // more states for it would cost a third more in each point.
+        // An error of the angle is a wave of the same period, independent of the efficiency's, so their variances add up. Keep both in one
+        // wave: two more states would cost a third more in each point.
         let error = self.noise.worm_error_rad / WAVE_SHARE * row.nm_per_rad;
         let wave = sqrt(load * load + error * error);
         let (sin, cos) = sin_cos(TAU * (turns - (turns as i32) as f32));
@@ -223,7 +223,7 @@ mod tests {
     /// Angle between points, radian.
     const STEP_RAD: f32 = 0.011;
 
-    /// Points of a contact that stiffens, with what is seen from the motor.
+    /// Points of a contact that stiffens, with their residuals.
     fn rows(drivetrain: &Drivetrain) -> Vec<(Point, Row)> {
         (0..40u8)
             .map(|i| {

@@ -334,8 +334,8 @@ fn a_contact_uses_what_pins_have_told_of_the_joints() {
     }
 }
 
-/// What is lost against another hypothesis is not fitted with other radii: the last word comes earlier. Nothing is against a fit that
-/// explains nothing or that slides off its phalanx.
+/// A hypothesis that is lost is not fitted with other radii, so the last word comes earlier. The margin grows with the likeliest fit's chi
+/// square, and nothing is lost against a contact that slides off its phalanx.
 #[test]
 fn a_hypothesis_that_is_lost_has_one_radius() {
     let finger = P70::MECHANISM;
