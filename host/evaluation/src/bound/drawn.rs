@@ -11,19 +11,16 @@ use rand_pcg::Pcg64Mcg;
 use std::marker::PhantomData;
 
 use super::Knowledge;
+use super::known::{DETECTED_RAD, WHITE_NM};
 use crate::reference::{BESIDE, Curve, Noise, Place, Priors, Rolling, Sample, predicted};
 
 /// Measured angle of the true onset, radian.
 const ONSET_RAD: f64 = 0.8;
-/// Deviation of a detected onset from the true one, radian.
-const DETECTED_RAD: f64 = 0.01;
 /// Blocks before the detected onset: those in the curve, and all.
 const LEAD: i32 = 4;
 const BEFORE: i32 = 28;
 /// Blocks after it at most.
 const AFTER: i32 = 200;
-/// White noise of a block, newton metre.
-const WHITE_NM: f64 = 2e-4;
 /// Torque at which a probing ends, newton metre.
 const TOP_NM: f64 = 0.33;
 /// Places of the contacts, as shares of the phalanx.
@@ -153,20 +150,9 @@ fn blocks(
     Some(found)
 }
 
-/// A contact anywhere on the distal phalanx, on a cylinder, felt by a finger of which this much is known. `None` where the
-/// contact slides off before the torque has risen.
-#[must_use]
-pub fn contact(rolling: &Rolling, known: &Knowledge, random: &mut Pcg64Mcg) -> Option<Drawn> {
-    let Knowledge {
-        calibration,
-        truths,
-        ..
-    } = known;
-    let noisy = match truths {
-        Truths::Assumed => 1.0,
-        Truths::Ideal => 0.0,
-    };
-    let drivetrain = drivetrain();
+/// What the library and the reference assume before a contact of which this much is known.
+fn assumed(known: &Knowledge) -> (Prior<Cable>, Priors) {
+    let of = &known.calibration;
     let prior = Prior {
         place: AssumedPlace::Anywhere,
         half_thickness_m: HALF_THICKNESS_M as f32,
@@ -177,49 +163,31 @@ pub fn contact(rolling: &Rolling, known: &Knowledge, random: &mut Pcg64Mcg) -> O
         preload_nm: 0.0,
         give_m_per_n: 0.0,
         force_scale: None,
-        calibration: *calibration,
+        calibration: *of,
         leverage_sigma: 0.0,
         noise: NOISE,
         series: PhantomData,
     };
     let both = |mean: f32, sigma: f32| [f64::from(mean), f64::from(sigma)];
-    let of = calibration;
-    let mut priors = Priors {
-        onset_rad: [ONSET_RAD + noisy * DETECTED_RAD * normal(random), 0.03],
+    let priors = Priors {
+        onset_rad: [ONSET_RAD, 0.03],
         friction: prior.friction.map(f64::from),
         factor: both(of.torque_factor, of.torque_factor * of.torque_factor_sigma),
         joint_nm: prior.joint_nm.map(f64::from),
         cable_rad_per_nm: both(of.cable_rad_per_nm, of.cable_sigma_rad_per_nm),
         stiffening_per_nm: both(of.stiffening_per_nm, of.stiffening_sigma_per_nm),
         half_thickness_m: HALF_THICKNESS_M,
+        object_m: known.objects.radii_m(),
     };
-    let low_m = 0.001_f64 + 0.003;
-    let truth = Place {
-        k_m: rolling.distal_m * random.random_range(SHARES[0]..SHARES[1]),
-        object_m: random.random_range(low_m.ln()..0.053_f64.ln()).exp() - 0.003,
-    };
-    let mut values = match truths {
-        Truths::Assumed => priors.drawn(|| normal(random)),
-        Truths::Ideal => [
-            0.0,
-            0.0,
-            priors.factor[0],
-            0.0,
-            priors.cable_rad_per_nm[0],
-            priors.stiffening_per_nm[0],
-        ],
-    };
-    values[0] = ONSET_RAD;
+    (prior, priors)
+}
 
+/// The points of a curve from its blocks, whose origin is that of the detected onset. `noisy` scales all noise but a block's own.
+fn measured(blocks: &[Block], origin: i32, noisy: f64, random: &mut Pcg64Mcg) -> Bins {
+    let drivetrain = drivetrain();
     let turn = drivetrain.counts_per_turn as i32;
     let rad = f64::from(drivetrain.rad_per_count);
     let opening_rad = f64::from(drivetrain.closing_rad(0));
-    let detected = ((priors.onset_rad[0] - opening_rad) / rad / f64::from(turn)).round() as i32;
-    let first = detected - BEFORE;
-    let blocks = blocks(rolling, truth, &values, first)?;
-    if blocks.last()?.torque_nm < 0.3 * TOP_NM {
-        return None;
-    }
     let noise = &REFERENCE_NOISE;
     let step_s = rad * f64::from(turn) / f64::from(NOISE.speed_rad_per_s);
     let step_turns = f64::from(turn) / f64::from(drivetrain.counts_per_worm_turn);
@@ -230,7 +198,6 @@ pub fn contact(rolling: &Rolling, known: &Knowledge, random: &mut Pcg64Mcg) -> O
     let (cosine, sine) = (normal(random), normal(random));
     let mut wander = noise.wander_nm * normal(random);
     let mut rest = noise.rest[0] * normal(random);
-    let origin = (detected - LEAD) * turn;
     let mut bins = Bins::new(origin);
     let mut late_nm = 0.0;
     for (index, block) in blocks.iter().enumerate() {
@@ -271,6 +238,47 @@ pub fn contact(rolling: &Rolling, known: &Knowledge, random: &mut Pcg64Mcg) -> O
             bins.push(block.counts, point);
         }
     }
+    bins
+}
+
+/// A contact anywhere on the distal phalanx, on a cylinder, felt by a finger of which this much is known. `None` where the
+/// contact slides off before the torque has risen.
+#[must_use]
+pub fn contact(rolling: &Rolling, known: &Knowledge, random: &mut Pcg64Mcg) -> Option<Drawn> {
+    let noisy = match known.truths {
+        Truths::Assumed => 1.0,
+        Truths::Ideal => 0.0,
+    };
+    let drivetrain = drivetrain();
+    let (prior, mut priors) = assumed(known);
+    priors.onset_rad[0] += noisy * DETECTED_RAD * normal(random);
+    let truth = Place {
+        k_m: rolling.distal_m * random.random_range(SHARES[0]..SHARES[1]),
+        object_m: known.objects.drawn_m(random),
+    };
+    let mut values = match known.truths {
+        Truths::Assumed => priors.drawn(|| normal(random)),
+        Truths::Ideal => [
+            0.0,
+            0.0,
+            priors.factor[0],
+            0.0,
+            priors.cable_rad_per_nm[0],
+            priors.stiffening_per_nm[0],
+        ],
+    };
+    values[0] = ONSET_RAD;
+
+    let turn = drivetrain.counts_per_turn as i32;
+    let rad = f64::from(drivetrain.rad_per_count);
+    let opening_rad = f64::from(drivetrain.closing_rad(0));
+    let detected = ((priors.onset_rad[0] - opening_rad) / rad / f64::from(turn)).round() as i32;
+    let blocks = blocks(rolling, truth, &values, detected - BEFORE)?;
+    if blocks.last()?.torque_nm < 0.3 * TOP_NM {
+        return None;
+    }
+    let origin = (detected - LEAD) * turn;
+    let bins = measured(&blocks, origin, noisy, random);
     let origin_rad = f64::from(drivetrain.closing_rad(origin));
     let samples = (bins.points().iter())
         .filter(|point| point.blocks > 0)

@@ -349,33 +349,39 @@ pub(super) fn told(known: &DMatrix<f64>, information: &DMatrix<f64>) -> Option<D
 /// What the data hold of places on a scene's finger. `None` where the finger cannot make the contacts.
 #[must_use]
 pub fn bound<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Option<Bound> {
-    let known = Known::of::<S>(parameters);
-    let sigmas: Vec<[f64; 8]> = (0..contacts)
-        .into_par_iter()
-        .filter_map(|index| {
-            let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
-            (0..DRAWS).find_map(|_| known.sigmas_pct(&known.drawn(&mut random)?))
-        })
-        .collect();
-    let mean = |level: usize| {
-        let sum: f64 = sigmas.iter().map(|sigma| sigma[level]).sum();
-        MEAN_SHARE * sum / sigmas.len() as f64
-    };
-    (!sigmas.is_empty()).then(|| Bound {
-        scene: S::NAME,
-        calibrated_pct: mean(0),
-        joints_forgotten_pct: mean(1),
-        leverage_pct: mean(2),
-        pulleys_pct: mean(3),
-        pressed_pct: mean(4),
-        pressed_leverage_pct: mean(5),
-        pressed_pulleys_pct: mean(6),
-        sheet_pct: mean(7),
-        contacts: sigmas.len(),
-    })
+    Known::of::<S>(parameters).bound(S::NAME, contacts, seed)
 }
 
-/// A table for the manual.
+impl Known {
+    /// What the data hold of places with this much known.
+    pub(super) fn bound(&self, scene: &'static str, contacts: u64, seed: u64) -> Option<Bound> {
+        let sigmas: Vec<[f64; 8]> = (0..contacts)
+            .into_par_iter()
+            .filter_map(|index| {
+                let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
+                (0..DRAWS).find_map(|_| self.sigmas_pct(&self.drawn(&mut random)?))
+            })
+            .collect();
+        let mean = |level: usize| {
+            let sum: f64 = sigmas.iter().map(|sigma| sigma[level]).sum();
+            MEAN_SHARE * sum / sigmas.len() as f64
+        };
+        (!sigmas.is_empty()).then(|| Bound {
+            scene,
+            calibrated_pct: mean(0),
+            joints_forgotten_pct: mean(1),
+            leverage_pct: mean(2),
+            pulleys_pct: mean(3),
+            pressed_pct: mean(4),
+            pressed_leverage_pct: mean(5),
+            pressed_pulleys_pct: mean(6),
+            sheet_pct: mean(7),
+            contacts: sigmas.len(),
+        })
+    }
+}
+
+/// A table for docs/BOUNDS.md.
 #[must_use]
 pub fn markdown(bounds: &[Bound]) -> String {
     let mut out = head(

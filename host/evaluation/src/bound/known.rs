@@ -8,7 +8,9 @@ use palpate_plant::{FingerParameters, Parameters};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
+use super::Objects;
 use super::drawn::REFERENCE_NOISE;
+pub(super) use crate::reference::OFFSET_M;
 use crate::reference::{Drive, Finger, Noise, Opened, Press, ReturnCable, Sample, Stage, Weight};
 
 /// Unknowns that the finger takes from one contact to the next: torque factor, cable, its stiffening, friction of the joints, and
@@ -29,12 +31,9 @@ pub(super) const ONSET: usize = 8;
 pub(super) const GIVE: usize = 9;
 pub(super) const UNKNOWNS: usize = 12;
 /// Standard gravity, metre per second squared.
-const GRAVITY_M_PER_S2: f64 = 9.81;
+pub(super) const GRAVITY_M_PER_S2: f64 = 9.81;
 /// Radii of pulleys are within so much of the scene's, metre.
 const PULLEY_M: f64 = 0.15e-3;
-/// Added to a radius before its logarithm is taken, metre, and the deviation of that logarithm: even from 1 to 50 mm.
-pub(super) const OFFSET_M: f64 = 0.003;
-pub(super) const RADIUS_SIGMA: f64 = 0.746;
 /// Radii of objects, metre: even in the logarithm of radius plus [`OFFSET_M`].
 pub(super) const RADII_M: [f64; 2] = [0.001, 0.056];
 /// Deviation of a detected onset from the true one, radian.
@@ -42,7 +41,7 @@ pub(super) const DETECTED_RAD: f64 = 0.01;
 /// Turns of the motor in a point.
 pub(super) const TURNS: f64 = 2.0;
 /// White noise of one turn of the motor, newton metre.
-const WHITE_NM: f64 = 2e-4;
+pub(super) const WHITE_NM: f64 = 2e-4;
 /// Bounce at contact, newton metre, and the angle over which it dies, radian, for a speed of 1 rad/s.
 const IMPACT: [f64; 2] = [5e-3 / 0.3, 0.04];
 /// Deviation of a uniform distribution, as a share of its width.
@@ -86,6 +85,8 @@ pub(super) struct Known {
     pub(super) closed_rad: f64,
     /// The first phalanx that touches.
     first: usize,
+    /// What it touches.
+    pub(super) objects: Objects,
     /// Noise of its curves, at the speed of its closing.
     pub(super) noise: Noise,
 }
@@ -213,6 +214,7 @@ impl Known {
             closed_rad: opened_rad + f64::from(settings.closing_stop_rad),
             first: usize::from(parameters.finger.hidden_base) + 1,
             leverage: [leverage, left * leverage],
+            objects: Objects::Usual,
             noise: Noise {
                 impact: IMPACT.map(|of_speed| of_speed * f64::from(settings.speed_rad_per_s)),
                 ..REFERENCE_NOISE
@@ -274,7 +276,7 @@ impl Known {
             deviations[unknown] = deviation;
         }
         deviations[K] = UNIFORM * length_m;
-        deviations[RADIUS] = RADIUS_SIGMA;
+        deviations[RADIUS] = self.objects.sigma();
         deviations[ONSET] = 0.03;
         deviations[GIVE] = self.give_m_per_n;
         deviations
@@ -327,13 +329,18 @@ impl Known {
         Some(low)
     }
 
-    /// A contact as in the experiments with drawn fingers.
+    /// A contact as in the experiments with drawn fingers, or with the effect of a large object.
     pub(super) fn drawn(&self, random: &mut Pcg64Mcg) -> Option<Chosen> {
         let phalanx = random.random_range(self.first.max(2)..=self.lengths_m.len());
+        let k_m = self.lengths_m[phalanx - 1] * random.random_range(0.1..0.9);
+        let small_m = 0.5 * random.random_range(0.004_f64.ln()..0.040_f64.ln()).exp();
         Some(Chosen {
             phalanx,
-            k_m: self.lengths_m[phalanx - 1] * random.random_range(0.1..0.9),
-            object_m: 0.5 * random.random_range(0.004_f64.ln()..0.040_f64.ln()).exp(),
+            k_m,
+            object_m: match self.objects {
+                Objects::Usual => small_m,
+                Objects::Large => self.objects.drawn_m(random),
+            },
             onset_rad: self.onset_rad(random.random_range(0.65..0.95))?,
         })
     }

@@ -10,15 +10,18 @@
 mod agreement;
 mod chain;
 pub mod drawn;
+pub mod effects;
 mod felt;
 pub mod information;
 mod known;
+mod objects;
 mod ours;
 pub mod sampled;
 pub mod second;
 
 pub use chain::Told;
 pub use known::opened;
+pub use objects::Objects;
 
 use palpate::scene::Scene;
 use palpate::sensing::locator::{Data, LocatorResult};
@@ -52,6 +55,8 @@ pub struct Knowledge {
     pub calibration: Calibration,
     /// Where the truths come from.
     pub truths: Truths,
+    /// What is touched.
+    pub objects: Objects,
 }
 
 /// From nothing but the data sheets to the guided calibration.
@@ -77,6 +82,7 @@ pub fn levels() -> Vec<Knowledge> {
         name,
         calibration,
         truths: Truths::Assumed,
+        objects: Objects::Usual,
     };
     vec![
         level("data sheets", sheet),
@@ -110,6 +116,20 @@ pub fn ideal() -> Knowledge {
         truths: Truths::Ideal,
         ..calibrated
     }
+}
+
+/// A calibrated finger on cylinders of 120 mm, and one on which nothing rubs and nothing is noisy, as in the effects' rows.
+#[must_use]
+pub fn on_large() -> [Knowledge; 2] {
+    [
+        ("pins, cylinders of 120 mm", levels().pop().expect("levels")),
+        ("the same, and nothing rubs or is noisy", ideal()),
+    ]
+    .map(|(name, known)| Knowledge {
+        name,
+        objects: Objects::Large,
+        ..known
+    })
 }
 
 /// What the library says of a drawn contact.
@@ -251,7 +271,7 @@ pub fn study(levels: &[Knowledge], contacts: u64, seed: u64) -> Vec<Row> {
         .collect()
 }
 
-/// A table for the manual.
+/// A table for docs/BOUNDS.md.
 #[must_use]
 pub fn markdown(rows: &[Row]) -> String {
     let mut out = head(

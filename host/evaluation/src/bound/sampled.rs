@@ -195,7 +195,7 @@ pub fn first_posterior<S: Scene>(
     })
 }
 
-/// A table for the manual.
+/// A table for docs/BOUNDS.md.
 #[must_use]
 pub fn markdown(posteriors: &[FirstPosterior]) -> String {
     let mut out = head(

@@ -60,6 +60,8 @@ pub struct Priors {
     pub stiffening_per_nm: [f64; 2],
     /// Half the phalanx's thickness, metre.
     pub half_thickness_m: f64,
+    /// Least and largest radius of objects, metre.
+    pub object_m: [f64; 2],
 }
 
 /// Noise of a curve, standard deviations.

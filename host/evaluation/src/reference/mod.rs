@@ -20,7 +20,7 @@ pub use held::{Held, Press};
 pub use held_twice::{HeldTwice, Rubs, Stand, Touching};
 pub use measured::{BESIDE, Curve, Noise, Place, Priors, Sample, predicted};
 pub use opened::{Drive, Opened, ReturnCable, State, Weight};
-pub use posterior::Posterior;
+pub use posterior::{OFFSET_M, Posterior};
 pub use rolling::{Rolled, Rolling, Touch};
 pub use stiffness::{ClosurePoint, contact_curve, free_posture, tangent_compliance};
 

@@ -41,9 +41,8 @@ const GRIDS: [Grid; 3] = [
         hopeless: 0.0,
     },
 ];
-/// Radii of the objects, metre: the logarithm of the radius plus [`OFFSET_M`] is spread evenly between the ends.
-const RADII_M: [f64; 2] = [0.001, 0.05];
-const OFFSET_M: f64 = 0.003;
+/// Added to an object's radius before its logarithm is taken, metre: that is spread evenly between the least and the largest one.
+pub const OFFSET_M: f64 = 0.003;
 const RADII: usize = 9;
 
 /// What a curve tells.
@@ -93,6 +92,12 @@ fn ln_determinant(lower: &DMatrix<f64>) -> f64 {
 }
 
 impl Given<'_> {
+    /// A node of the grid over radii.
+    fn radius_m(&self, index: usize) -> f64 {
+        let [low, high] = (self.priors.object_m).map(|radius_m| (radius_m + OFFSET_M).ln());
+        (low + (high - low) * index as f64 / (RADII - 1) as f64).exp() - OFFSET_M
+    }
+
     fn predicted(&self, place: &Place, z: &[f64; BESIDE]) -> Option<Vec<f64>> {
         let (values, height_m) = (self.priors.values(z), self.priors.half_thickness_m);
         predicted(self.rolling, self.curve, place, height_m, &values)
@@ -183,7 +188,7 @@ impl Given<'_> {
         for index in (0..RADII).step_by(stride) {
             let mut start = [0.0; BESIDE];
             for &k_m in places {
-                let object_m = radius(index);
+                let object_m = self.radius_m(index);
                 if let Some(node) = self.fitted(Place { k_m, object_m }, &start) {
                     start = node.z;
                     nodes.push(node);
@@ -192,11 +197,6 @@ impl Given<'_> {
         }
         nodes
     }
-}
-
-fn radius(index: usize) -> f64 {
-    let [low, high] = RADII_M.map(|radius| (radius + OFFSET_M).ln());
-    (low + (high - low) * index as f64 / (RADII - 1) as f64).exp() - OFFSET_M
 }
 
 fn likeliest(nodes: &[Node]) -> Option<&Node> {

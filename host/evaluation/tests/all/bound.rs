@@ -3,7 +3,7 @@
 
 use palpate_evaluation::bound::information::{self, MEAN_SHARE, bound};
 use palpate_evaluation::bound::sampled::{self, first_posterior};
-use palpate_evaluation::bound::{Told, ideal, levels, markdown, study};
+use palpate_evaluation::bound::{Told, effects, ideal, levels, markdown, on_large, study};
 use palpate_plant::Parameters;
 use palpate_scenes::for_scene;
 
@@ -18,8 +18,14 @@ fn knowing_more_never_costs_and_the_locator_is_near_the_bound() {
     let contacts = contacts(24);
     let rows = study(&levels(), contacts, 1);
     let smooth = study(&[ideal()], contacts, 1);
-    println!("{}{}", markdown(&rows), markdown(&smooth));
-    for row in rows.iter().chain(&smooth) {
+    let large = study(&on_large(), contacts, 1);
+    println!(
+        "{}{}{}",
+        markdown(&rows),
+        markdown(&smooth),
+        markdown(&large)
+    );
+    for row in rows.iter().chain(&smooth).chain(&large) {
         let [ours, exact] =
             [&row.ours, &row.exact].map(|scores| scores.err_mean_pct.unwrap_or(f64::NAN));
         assert!(ours < 1.25 * exact, "{}: {ours} {exact}", row.known);
@@ -80,10 +86,25 @@ fn pins_tell_places_on_every_finger_and_fisher_agrees_with_the_posterior() {
     assert!((0.7..1.3).contains(&ratio), "{ratio}: {exact:?}");
 }
 
+/// The bound of effects whose rows in the experiments are worse than without them.
+#[test]
+fn effects_that_are_stated_have_bounds_of_their_own() {
+    let bounds = effects::effects(contacts(12), 1).expect("contacts");
+    println!("{}", effects::markdown(&bounds));
+    let of = |name: &str| {
+        let found = bounds.iter().find(|bound| bound.scene == name);
+        found.expect("a row").leverage_pct
+    };
+    for name in ["p70", "p70-grasp"] {
+        let large = of(&format!("{name}, cylinder of 120 mm"));
+        assert!(large > of(name), "{name}: {large}");
+    }
+}
+
 /// Fingers whose stiffness hardly changes with the place on a part of a phalanx, where the bound means little.
 const FLAT: [&str; 5] = ["tendon2", "tendon3", "hidden3", "linkage3", "return2"];
 
-/// The exact posterior where Fisher's information is rough: a third of the contacts, because each takes 1,400 curves.
+/// The exact posterior where Fisher's information is rough: a third of the contacts, because each takes 1,600 curves.
 #[test]
 fn the_posterior_of_a_first_contact_is_as_sure_as_its_errors_say() {
     let contacts = (contacts(6) / 3).max(1);

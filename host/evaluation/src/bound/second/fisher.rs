@@ -10,10 +10,11 @@ use super::grasp::{
     Asked, BEND, CABLE, CORNER, FACTOR, FRICTION, Grasp, JOINT, K, LEVERS, LOSS, ONSET, RADIUS,
     RADIUS_THERE, SECOND, Shown, UNKNOWNS, Values,
 };
+use crate::bound::Objects;
 use crate::bound::chain::normals;
 use crate::bound::drawn::REFERENCE_NOISE;
 use crate::bound::information::{DIFFERENCE, DRAWS, PIN_SIGMA_M, forget, prior, told};
-use crate::bound::known::{Known, RADIUS_SIGMA, UNIFORM, is_possible};
+use crate::bound::known::{Known, UNIFORM, is_possible};
 use crate::reference::{Curve, Noise};
 
 /// Friction that free motion shows at the input link, newton metre (docs/SENSING.md#friction-wanders), of which a share wanders.
@@ -84,12 +85,12 @@ impl Asked {
         }
         deviations[FRICTION] = self.friction[1];
         deviations[K] = UNIFORM * length_m(phalanges[0]);
-        deviations[RADIUS] = RADIUS_SIGMA;
+        deviations[RADIUS] = Objects::Usual.sigma();
         deviations[ONSET] = 0.03;
         if phalanges[1].is_some() {
             deviations[SECOND] = UNIFORM * length_m(phalanges[1]);
             deviations[CORNER] = CORNER_RAD;
-            deviations[RADIUS_THERE] = RADIUS_SIGMA;
+            deviations[RADIUS_THERE] = Objects::Usual.sigma();
         }
         deviations
     }

@@ -130,7 +130,7 @@ pub fn second_bound<S: Scene>(
     })
 }
 
-/// A table for the manual: bounds with the names of their worlds.
+/// A table for docs/SECOND_CONTACTS.md: bounds with the names of their worlds.
 #[must_use]
 pub fn markdown(bounds: &[(&str, SecondBound)]) -> String {
     let mut out = head(
@@ -209,7 +209,7 @@ pub fn second_posterior<S: Scene>(
     })
 }
 
-/// A table for the manual: posteriors with the names of their worlds.
+/// A table for docs/SECOND_CONTACTS.md: posteriors with the names of their worlds.
 #[must_use]
 pub fn posterior_markdown(posteriors: &[(&str, SecondPosterior)]) -> String {
     let mut out =
