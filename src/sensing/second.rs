@@ -10,12 +10,14 @@
 mod change;
 mod corner;
 mod later;
+mod noise;
 mod straight;
 mod whitened;
 
 pub use change::SlopeChange;
 use corner::{Rule, Stretch};
 pub use later::Later;
+pub use noise::BlockNoise;
 use straight::Straight;
 
 /// Blocks as they are. The slope must grow by half (chosen): that of a single contact grows too, but over several windows. Over a stretch
@@ -61,28 +63,6 @@ const SCALES: usize = 3;
 /// Blocks before a break in the motion that may show the drive rather than the finger: it goes over to another current.
 pub(super) const DOUBTFUL: usize = 2;
 
-/// Noise of a block's torque.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BlockNoise {
-    /// Variance of its white noise, newton metre squared, >= 0.
-    pub white_nm2: f32,
-    /// By how much the variance of wandering friction grows from block to block, newton metre squared, >= 0.
-    pub walk_nm2: f32,
-    /// Angle of the input link over a turn of the worm, with which the efficiency changes, radian, > 0.
-    pub worm_turn_rad: f32,
-}
-
-impl BlockNoise {
-    /// That of means of so many.
-    fn of_means(&self, number: f32) -> Self {
-        Self {
-            white_nm2: self.white_nm2 / number,
-            walk_nm2: number * self.walk_nm2,
-            ..*self
-        }
-    }
-}
-
 /// Looks for the second contact of a closing.
 ///
 /// ```
@@ -90,7 +70,7 @@ impl BlockNoise {
 ///
 /// // A first contact of 0.2 N m/rad at 0.6 rad, felt at 0.65; from 1.2 rad on something else holds, and only the cable of
 /// // 1.2 N m/rad gives way.
-/// let noise = BlockNoise { white_nm2: 1e-7, walk_nm2: 0.0, worm_turn_rad: 0.3 };
+/// let noise = BlockNoise { white_nm2: 1e-7, walk_nm2: 0.0, worm_turn_rad: 0.3, worm_error_rad: 0.0 };
 /// let mut search = SecondContact::default();
 /// let change = (0..200).find_map(|block| {
 ///     let theta_a_rad = 0.5 + 0.005 * block as f32;
@@ -250,6 +230,7 @@ mod tests {
         white_nm2: 1e-8,
         walk_nm2: 0.0,
         worm_turn_rad: 0.3,
+        worm_error_rad: 0.0,
     };
 
     /// Pushes a curve, and returns what was told, where, and the search afterwards.
@@ -298,6 +279,22 @@ mod tests {
         assert_eq!(told(curve, 0.9).0, None);
         let corner = |theta: f64| curve(theta) + 0.6 * (theta - 0.5).max(0.0);
         let change = told(corner, 0.9).0.expect("a corner");
+        assert!((change.theta_a_rad - 0.5).abs() < 0.016, "{change:?}");
+    }
+
+    /// So does an error of the worm's angle: where it is stated, it makes no corner, and a larger one is still told.
+    #[test]
+    fn what_the_worm_is_off_by_is_no_corner() {
+        let stated = BlockNoise {
+            worm_error_rad: 8e-3,
+            ..QUIET
+        };
+        let off_rad = |theta: f64| 16e-3 * (std::f64::consts::TAU * theta / 0.3).sin();
+        let curve = |theta: f64| 0.3 * (theta + off_rad(theta));
+        assert!(told(curve, 0.9).0.is_some());
+        assert_eq!(told_with(&stated, curve, 0.9).0, None);
+        let corner = |theta: f64| curve(theta) + 0.6 * (theta - 0.5).max(0.0);
+        let change = told_with(&stated, corner, 0.9).0.expect("a corner");
         assert!((change.theta_a_rad - 0.5).abs() < 0.016, "{change:?}");
     }
 

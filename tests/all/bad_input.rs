@@ -322,10 +322,16 @@ proptest! {
         noise in any_number(),
         walk in any_number(),
         turn in any_number(),
+        error in any_number(),
         onset in any_number(),
         moves_on in any::<bool>(),
     ) {
-        let noise = BlockNoise { white_nm2: noise, walk_nm2: walk, worm_turn_rad: turn };
+        let noise = BlockNoise {
+            white_nm2: noise,
+            walk_nm2: walk,
+            worm_turn_rad: turn,
+            worm_error_rad: error,
+        };
         let mut search = SecondContact::default();
         search.begin(onset, onset, 0.01);
         for (theta, torque) in points {

@@ -12,13 +12,12 @@ use crate::numeric::Bounded;
 use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::location::SeriesElement;
 use crate::sensing::second::{BlockNoise, SecondContact};
+use crate::sensing::sensor::LOST_SIGMAS;
 use crate::sensing::{Directive, Drive, Event, NotLocated, Sample, Sensor};
 
 /// Share of the torque limit from which on a change of slope is a second contact, and not the onset of the first (chosen): twice as far
 /// as friction wanders.
 const LEAST_SHARE: f32 = 0.03;
-/// Deviations of a block within which it is no fall.
-const LOST_SIGMAS: f32 = 8.0;
 /// Blocks after a second contact over which a finger of more than two phalanges is watched: at first it may stick.
 const MEASURED: u8 = 20;
 /// A way between two blocks of more than this many of their widths is a break in the motion.
@@ -163,6 +162,7 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
                 white_nm2: sigma_nm * sigma_nm,
                 walk_nm2: factor * factor * sensor.walk_nm2(block),
                 worm_turn_rad: sensor.worm_turn_rad(),
+                worm_error_rad: sensor.settings().worm_error_rad,
             };
             let torque_nm = factor * excess_nm + free_nm;
             let found = (self.search).push(angle_rad, torque_nm, &noise, F::MOVES_ON);

@@ -61,7 +61,7 @@ pub(super) fn fit(stretch: &Stretch, change: &SlopeChange, noise: &BlockNoise) -
     }
     let walk = WALK_SHARE * number * number * noise.walk_nm2;
     let white = (scatter / (number - 2.0)).at_least(noise.white_nm2);
-    let wave = WAVE_SHARE * torque * waves;
+    let wave = WAVE_SHARE * noise.waves_nm(torque, slope) * waves;
     let variance = white + walk + 0.5 * wave * wave / squares;
     let later = Later {
         theta_a_rad: at,
@@ -114,6 +114,7 @@ mod tests {
             walk_nm2: 0.0,
             // No wave.
             worm_turn_rad: 1e6,
+            worm_error_rad: 0.0,
         };
         let white = off(
             &BlockNoise {
@@ -148,9 +149,24 @@ mod tests {
                 WAVE_SHARE * 0.2 * theta * sin
             },
         );
-        println!("white {white:.2}, wandering {wandering:.2}, waving {waving:.2} deviations");
+        // One of the angle has as large an amplitude wherever it is, with a phase of its own.
+        let erring = off(
+            &BlockNoise {
+                worm_turn_rad: 0.3,
+                worm_error_rad: 2e-3,
+                ..quiet
+            },
+            |line, theta| {
+                let (sin, _) = sin_cos(TAU * (theta / 0.3 + 0.01 * (line % 100) as f32));
+                2e-3 * 0.2 * sin
+            },
+        );
+        println!(
+            "white {white:.2}, wandering {wandering:.2}, waving {waving:.2}, erring {erring:.2} deviations"
+        );
         assert!((0.85..1.1).contains(&white), "{white}");
         assert!((0.85..1.1).contains(&wandering), "{wandering}");
         assert!((0.9..1.2).contains(&waving), "{waving}");
+        assert!((0.8..1.2).contains(&erring), "{erring}");
     }
 }

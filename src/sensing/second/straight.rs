@@ -62,6 +62,7 @@ mod tests {
         white_nm2: 2e-6,
         walk_nm2: 2e-7,
         worm_turn_rad: 0.3,
+        worm_error_rad: 0.0,
     };
 
     /// What both searches tell of a curve of so many blocks.

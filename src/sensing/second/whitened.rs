@@ -71,7 +71,7 @@ impl Whitened {
     /// A stretch of angles and torques; `None` unless it closes. There is no hinge yet.
     pub(super) fn of(stretch: &[[f32; 2]], noise: &BlockNoise) -> Option<Self> {
         let [from, level_nm] = *stretch.first()?;
-        let [to, _] = *stretch.last()?;
+        let [to, last_nm] = *stretch.last()?;
         let scale_rad = 0.5 * (to - from);
         let closes = scale_rad > 0.0;
         if !closes {
@@ -85,6 +85,7 @@ impl Whitened {
             normal: [[0.0; TERMS]; TERMS],
             right: [0.0; TERMS],
         };
+        let slope = (last_nm - level_nm) / (to - from);
         let (mut predicted, mut predicted_nm, mut wandered_nm2) = ([0.0; TERMS], 0.0, 0.0);
         for &[theta, torque] in stretch {
             let variance = noise.white_nm2 + wandered_nm2;
@@ -97,7 +98,8 @@ impl Whitened {
             let from_rad = theta - white.middle_rad;
             let u = from_rad / scale_rad;
             let (sin, cos) = sin_cos(TAU / noise.worm_turn_rad * from_rad);
-            let mut row = [1.0, u, u * u, u * u * u, torque * cos, torque * sin, 0.0];
+            let wave_nm = noise.waves_nm(torque, slope);
+            let mut row = [1.0, u, u * u, u * u * u, wave_nm * cos, wave_nm * sin, 0.0];
             for (value, predicted) in row.iter_mut().zip(&mut predicted) {
                 *value = filter.apply(*value, predicted);
             }
@@ -180,11 +182,13 @@ mod tests {
             let from_rad = f64::from(points[i][0] - white.middle_rad);
             from_rad * std::f64::consts::TAU / f64::from(noise.worm_turn_rad)
         };
+        let rise = |of: usize| f64::from(points[number - 1][of] - points[0][of]);
+        let error_nm = f64::from(noise.worm_error_rad) * rise(1) / rise(0);
+        let waves_nm = |i: usize| error_nm.hypot(f64::from(WAVE_SHARE * points[i][1]));
         let covariance = DMatrix::from_fn(number, number, |i, j| {
             let white_nm2 = if i == j { noise.white_nm2 } else { 0.0 };
             let walked = f64::from(noise.walk_nm2) * i.min(j) as f64;
-            let loads = f64::from(points[i][1]) * f64::from(points[j][1]);
-            let wave = f64::from(WAVE_SHARE).powi(2) * loads * (turn(i) - turn(j)).cos();
+            let wave = waves_nm(i) * waves_nm(j) * (turn(i) - turn(j)).cos();
             f64::from(white_nm2) + walked + wave
         });
         let torques = DVector::from_fn(number, |i, _| f64::from(points[i][1] - white.level_nm));
@@ -216,6 +220,7 @@ mod tests {
                     10f32.powf(-10.0 + 3.0 * draw())
                 },
                 worm_turn_rad: 0.1 + 0.4 * draw(),
+                worm_error_rad: if case % 2 == 0 { 0.0 } else { 1e-3 * draw() },
             };
             let (slope, bend, corner) = (0.05 + draw(), draw(), draw());
             let points: std::vec::Vec<_> = (0..number)

@@ -6,6 +6,7 @@ const NOISE: BlockNoise = BlockNoise {
     white_nm2: 1e-8,
     walk_nm2: 0.0,
     worm_turn_rad: 0.3,
+    worm_error_rad: 0.0,
 };
 const BLOCK_RAD: f32 = 0.005;
 

@@ -9,6 +9,7 @@ fn a_corner_that_the_end_shows_has_no_slope_of_another() {
         white_nm2: 1e-8,
         walk_nm2: 0.0,
         worm_turn_rad: 0.3,
+        worm_error_rad: 0.0,
     };
     for corner_rad in [0.38, f32::INFINITY] {
         let mut search = SecondContact::default();
