@@ -37,8 +37,8 @@ use super::watchdog::{self, Reporter};
 type Sample = palpate::sample::Sample<<Joint as JointSensor>::Code>;
 
 /// Samples on their way to the sensing task, one a millisecond: one less than this fits. The task is never kept from running
-/// for nearly as long; if it is, the loss is a fault. On three phalanges a step of a fit takes up to 385,000 instructions, 4 to
-/// 10 ms, and such steps follow each other.
+/// for nearly as long; if it is, the loss is a fault. On three phalanges an update takes up to 250,000 instructions, 3 to
+/// 7 ms, and such updates follow each other.
 const QUEUE_SAMPLES: usize = if Active::PHALANGES > 2 { 48 } else { 16 };
 
 /// What the interrupt works with. Inside the interrupt the lock costs two instructions: nothing can preempt it anyway.

@@ -11,8 +11,8 @@ use palpate_image::{Footprint, Image, Symbol};
 
 /// Budget of the default scene: flash.
 pub const FLASH_MOST: u64 = 96 * 1024;
-/// Statics in SRAM.
-pub const RAM_MOST: u64 = 16 * 1024;
+/// Statics in SRAM: tighter than what the linker has for them.
+pub const RAM_MOST: u64 = 14 * 1024;
 /// RAM that is never touched in the deepest run.
 pub const RAM_FREE_LEAST: u64 = 6 * 1024;
 /// SRAM1, SRAM2 and CCM SRAM, which follow each other.

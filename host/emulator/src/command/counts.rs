@@ -69,14 +69,12 @@ pub fn print(machine: &Machine<'_>, as_json: bool) {
             name: name.clone(),
             calls,
         };
-        // Without functions set apart both are the same.
-        let without = (watched.without.count != watched.all.count).then_some(&watched.without);
-        [
-            Some(row("function", &watched.all)),
-            without.map(|calls| row("without", calls)),
-        ]
-        .into_iter()
-        .flatten()
+        let mut rows = vec![row("function", &watched.all)];
+        if watched.with.count > 0 {
+            rows.push(row("without", &watched.without));
+            rows.push(row("with", &watched.with));
+        }
+        rows
     });
     if !as_json {
         println!(

@@ -52,13 +52,15 @@ pub struct Calls {
     pub max: Cost,
 }
 
-/// Calls of a watched function: all, and separately those in which no watched function set apart ran.
+/// Calls of a watched function: all, and separately those in which a watched function set apart ran, or none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Watched {
     /// All.
     pub all: Calls,
     /// Those in which no function set apart ran.
     pub without: Calls,
+    /// The others.
+    pub with: Calls,
 }
 
 impl Calls {
@@ -121,7 +123,7 @@ impl Account {
     }
 
     /// Starts watching a function; its number is stored with its first block. Watched functions that call one that is `apart`
-    /// count their calls without it separately.
+    /// count their calls with and without it separately.
     pub(crate) fn watch(&mut self, name: String, apart: bool) -> u16 {
         self.functions.push((name, Watched::default()));
         self.apart.push(apart);
@@ -175,9 +177,12 @@ impl Account {
             if let Some((_, calls)) = self.functions.get_mut(usize::from(frame.watch) - 1) {
                 let cost = now.since(frame.start);
                 calls.all.record(cost);
-                if !frame.with_apart {
-                    calls.without.record(cost);
-                }
+                let separate = if frame.with_apart {
+                    &mut calls.with
+                } else {
+                    &mut calls.without
+                };
+                separate.record(cost);
             }
         }
     }
@@ -288,6 +293,7 @@ mod tests {
         let outer = account.functions()[0].1;
         assert_eq!((outer.all.count, outer.without.count), (2, 1));
         assert_eq!(outer.without.total.instructions, 7);
+        assert_eq!((outer.with.count, outer.with.max.instructions), (1, 18));
         assert_eq!(account.functions()[1].1.without.count, 1);
         let Cost {
             instructions,

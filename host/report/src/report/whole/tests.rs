@@ -21,19 +21,20 @@ fn grasp(lines: &[String]) -> anyhow::Result<super::Grasp> {
 }
 
 #[test]
-fn the_typical_update_is_one_without_a_fit_and_the_rest_is_the_difference() {
+fn the_typical_update_is_one_without_a_fit_and_those_with_one_have_a_maximum_of_their_own() {
     let grasp = grasp(&[
         count("interrupt", "ADC1_2", 2000, 500.0, 580),
         count("function", NAME, 100, 1300.0, 100_300),
         count("function", BISECT, 7, 240.0, 241),
-        count("without", NAME, 99, 300.0, 700),
+        count("without", NAME, 99, 300.0, 100_300),
+        count("with", NAME, 1, 60_000.0, 60_000),
         r#"{"type":"summary","emulated_s":0.1}"#.to_owned(),
     ])
     .expect("complete");
     let typical = grasp.of(TYPICAL).expect("there").part;
-    assert_eq!((typical.calls, typical.instructions_max), (99, 700));
+    assert_eq!((typical.calls, typical.instructions_max), (99, 100_300));
     let with_fit = grasp.of(WITH_FIT).expect("there").part;
-    assert_eq!((with_fit.calls, with_fit.instructions_mean), (1, 100_300.0));
+    assert_eq!((with_fit.calls, with_fit.instructions_max), (1, 60_000));
     // 500 instructions, 2 cycles each, 20 kHz, of 170 MHz.
     let control = grasp.of(CONTROL).expect("there");
     assert!((control.load_high_percent - 11.7647).abs() < 1e-3);
