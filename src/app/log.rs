@@ -171,6 +171,9 @@ macro_rules! declare {
 }
 log_lines!(declare);
 
+/// Between two lines that a recording has before the same sample.
+pub const BETWEEN_LINES: &str = " | ";
+
 /// A line taken apart: leading words are the name, the rest fields.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parsed<'a> {

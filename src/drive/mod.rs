@@ -11,7 +11,7 @@ pub mod fault;
 pub mod identify;
 pub mod io;
 mod limit;
-mod offset;
+pub mod offset;
 mod protect;
 pub mod sequence;
 mod sign;

@@ -2,6 +2,8 @@
 
 use super::protect::OFFSET_LIMIT_A;
 
+/// Longest measurement, milliseconds, before it is given up: about twice the 225 ms that one takes.
+pub const LONGEST_MS: u32 = 420;
 /// Periods (20 ms) to wait after the motor stands still.
 const SETTLE_PERIODS: u32 = 400;
 /// Periods (205 ms) that are averaged: 0.5 mA of noise leaves 8 uA.

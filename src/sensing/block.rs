@@ -20,7 +20,7 @@ const REFERENCE_BLOCKS: u8 = 8;
 /// After this many faster blocks in a row the run's speed is determined anew.
 const FASTER_BLOCKS: u8 = 8;
 /// A longer time without a sample discards the block, microseconds.
-const GAP_US: u64 = 5_000;
+pub(super) const GAP_US: u32 = 5_000;
 
 /// Means over one block of steady motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -177,7 +177,7 @@ impl BlockAverager {
             }
         }
         let elapsed_us = now.time_us.wrapping_sub(last.time_us);
-        if elapsed_us > GAP_US || !sample.current_a.is_finite() {
+        if elapsed_us > u64::from(GAP_US) || !sample.current_a.is_finite() {
             self.breach();
             return BlockUpdate::Pending;
         }

@@ -17,7 +17,7 @@ const README: &str = include_str!("../../README.md");
 /// A newcomer reads it whole.
 const README_WORDS: usize = 1200;
 
-/// Prints what should stand between the markers, so that a failure can be repaired by copying it.
+/// Prints the rows that the manual lacks and the whole table, so that a failure can be repaired by copying it.
 fn holds(what: &str, rows: &[String]) {
     let missing: Vec<&String> = rows.iter().filter(|row| !MANUAL.contains(*row)).collect();
     assert!(

@@ -192,12 +192,9 @@ fn recordings(options: &Recordings) -> Outcome {
     Ok(())
 }
 
-/// Named worlds, from the estimator's own assumptions to the worst.
-const WORLDS: [&str; 4] = ["ideal", "bench", "workshop", "harsh"];
-
 fn false_contacts(options: &FalseContacts) -> Outcome {
     let worlds: Vec<&str> = if options.world.is_empty() {
-        WORLDS.to_vec()
+        palpate_plant::world_names().collect()
     } else {
         options.world.iter().map(String::as_str).collect()
     };

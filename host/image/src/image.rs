@@ -15,7 +15,8 @@ use crate::uses;
 /// Where the chip's memories are.
 pub(crate) const FLASH: Range<u32> = 0x0800_0000..0x0802_0000;
 const SRAM: Range<u32> = 0x2000_0000..0x2000_8000;
-const CCM: Range<u32> = 0x1000_0000..0x1000_2800;
+/// The CCM SRAM, by the address at which the core fetches from it without wait states.
+pub const CCM: Range<u32> = 0x1000_0000..0x1000_2800;
 
 /// A function or a static.
 #[derive(Clone, Debug, PartialEq, Eq)]

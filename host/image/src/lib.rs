@@ -7,5 +7,5 @@ mod reach;
 mod thumb;
 mod uses;
 
-pub use image::{Footprint, Image, Symbol};
+pub use image::{CCM, Footprint, Image, Symbol};
 pub use reach::{Reach, Violation};

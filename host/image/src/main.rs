@@ -2,17 +2,14 @@
 //! SRAM alone, that no function of the modules that compute reaches a panic, and that its first instruction reads the SRAM before
 //! anything is written.
 
-use std::ops::Range;
 use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use palpate_image::Image;
+use palpate_image::{CCM, Image};
 
 /// The control interrupt.
 const CONTROL: &str = "ADC1_2";
-/// Where all of it must lie: the CCM SRAM, by the address at which the core fetches from it without wait states.
-const CCM: Range<u32> = 0x1000_0000..0x1000_2800;
 
 /// Modules that compute what moves the motor and what is said of a contact.
 const COMPUTING: [&str; 5] = [

@@ -5,12 +5,12 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use palpate::app::log::BETWEEN_LINES;
+
 use crate::stream::{Event, Message, Sample, parse};
 
 /// Columns, as `replay` names them.
-const HEADER: &str = "time_s,encoder_counts,current_a,emf_v,duty,joint_rad,log";
-/// Between two lines that were logged before the same sample.
-const SEPARATOR: &str = " | ";
+pub const HEADER: &str = "time_s,encoder_counts,current_a,emf_v,duty,joint_rad,log";
 
 /// A file being written.
 #[derive(Debug)]
@@ -87,7 +87,7 @@ impl Recording {
             text(sample.joint_rad)
         )?;
         if !self.log.is_empty() {
-            let log = self.log.join(SEPARATOR).replace('"', "\"\"");
+            let log = self.log.join(BETWEEN_LINES).replace('"', "\"\"");
             self.log.clear();
             write!(self.file, "\"{log}\"")?;
         }
@@ -149,7 +149,7 @@ impl Rows {
         let quoted = log.strip_prefix('"').and_then(|log| log.strip_suffix('"'));
         let log = quoted.unwrap_or(log).replace("\"\"", "\"");
         let lines = log
-            .split(SEPARATOR)
+            .split(BETWEEN_LINES)
             .filter_map(parse)
             .map(|message| match message {
                 // The column has the text alone: what came with a sample was said at its time.

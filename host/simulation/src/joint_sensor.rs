@@ -1,15 +1,12 @@
 //! Places told with and without a sensor at joint 2, next to the truth: drawn fingers, calibrated on pins.
 
-use crate::places::{PIN_SHARES, calibrated};
+use crate::places::{PIN_SHARES, anew, calibrated, drawn};
 use crate::{Error, Simulated, Verdict};
 use palpate::sensing::NotLocated;
-use palpate_plant::{Grasp, Shape, World};
-use rand::{RngExt, SeedableRng};
+use palpate_plant::World;
+use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
-
-/// Places of the contacts on the last phalanx, as shares of its length.
-const PLACES: Range<f64> = 0.15..0.9;
 
 /// Angles of joint 1, degree: in the travel, and where the stiffest place of `tendon2` lies on its phalanx.
 pub const POSTURES: [Range<f64>; 2] = [25.0..55.0, 92.0..98.0];
@@ -49,20 +46,12 @@ impl Score {
 pub fn finger<S: Simulated>(world: &World, seed: u64, grasps: usize) -> Result<Vec<Score>, Error> {
     let (simulation, _, length_m) = calibrated::<S>(world, seed, PIN_SHARES)?;
     let one = |posture_deg: &Range<f64>| {
+        let posture_rad = posture_deg.start.to_radians()..posture_deg.end.to_radians();
         let mut random = Pcg64Mcg::seed_from_u64(seed);
         let mut score = Score::default();
         for index in 0..grasps {
-            let k_m = length_m * random.random_range(PLACES);
-            let diameter_m = random.random_range(0.006..0.03);
-            let theta_1_rad = random.random_range(posture_deg.clone()).to_radians();
-            let grasp = Grasp::touching(
-                S::PHALANGES,
-                k_m,
-                theta_1_rad,
-                Shape::Cylinder { diameter_m },
-            );
-            let mut simulation = simulation.clone();
-            simulation.reseed(seed.wrapping_mul(1_000_003) + index as u64);
+            let grasp = drawn::<S>(length_m, posture_rad.clone(), &mut random);
+            let mut simulation = anew(&simulation, seed, index);
             // Not every object fits between the open finger and its place.
             if let Ok(outcome) = simulation.close(&grasp)
                 && let Some(first) = outcome.first_contact

@@ -1,13 +1,20 @@
 //! What studies of drawn fingers share: how they are calibrated, and how places that were told are summed up.
 
 use crate::{Error, Simulated, Simulation};
-use palpate_plant::{Parameters, World};
+use palpate_plant::{Grasp, Parameters, Shape, World};
+use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
+use std::ops::Range;
 
 /// Pins of a calibration on the last phalanx, as shares of its length: one where the finger is soft, for the torque factor, and one where
 /// it is stiff, for the cable.
 pub const PIN_SHARES: [f64; 2] = [0.3, 0.75];
 /// Angle of joint 1 at which they are met, radian.
 pub const PIN_RAD: f64 = 0.8;
+
+/// Places of contacts on the last phalanx, as shares of its length, and diameters of the cylinders there, metre.
+const PLACES: Range<f64> = 0.15..0.9;
+const DIAMETERS_M: Range<f64> = 0.006..0.03;
 
 /// A drawn finger of a world, prepared and calibrated on pins at these shares of its last phalanx; its parameters, and the length of that
 /// phalanx, metre.
@@ -25,6 +32,34 @@ pub fn calibrated<S: Simulated>(
     simulation.prepare()?;
     simulation.calibrate_on_pins(length_m, pins, PIN_RAD)?;
     Ok((simulation, parameters, length_m))
+}
+
+/// A contact of a study: a cylinder on the last phalanx, met with joint 1 at an angle of this range.
+pub(crate) fn drawn<S: Simulated>(
+    length_m: f64,
+    theta_1_rad: Range<f64>,
+    random: &mut Pcg64Mcg,
+) -> Grasp {
+    let k_m = length_m * random.random_range(PLACES);
+    let diameter_m = random.random_range(DIAMETERS_M);
+    let theta_1_rad = random.random_range(theta_1_rad);
+    Grasp::touching(
+        S::PHALANGES,
+        k_m,
+        theta_1_rad,
+        Shape::Cylinder { diameter_m },
+    )
+}
+
+/// The prepared finger for a closing of its own, with noise of its own.
+pub(crate) fn anew<S: Simulated>(
+    simulation: &Simulation<S>,
+    seed: u64,
+    index: usize,
+) -> Simulation<S> {
+    let mut simulation = simulation.clone();
+    simulation.reseed(seed.wrapping_mul(1_000_003) + index as u64);
+    simulation
 }
 
 /// Deviations within which the truth should be in 95 of 100.

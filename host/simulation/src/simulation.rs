@@ -144,8 +144,7 @@ impl<S: Simulated> Simulation<S> {
                 (Setting::Weight, hangs.share),
             ]
         });
-        let worm_error_rad = parameters.transmission.stated_worm_error_rad;
-        if worm_error_rad > 0.0 {
+        if let Some(worm_error_rad) = parameters.transmission.stated() {
             self.slow().sensing.state_worm_error(worm_error_rad as f32);
         }
         for (setting, value) in skin.into_iter().chain(hangs.into_iter().flatten()) {

@@ -1,13 +1,13 @@
 //! Places and stiffnesses told of objects on springs, next to the truth: drawn fingers, calibrated on pins that are fixed.
 
-use crate::places::{PIN_SHARES, calibrated};
+use crate::places::{PIN_SHARES, anew, calibrated, drawn};
 use crate::{Error, Simulated, Verdict};
-use palpate_plant::{Grasp, Object, ObjectMount, Shape, World};
-use rand::{RngExt, SeedableRng};
+use palpate_plant::{Object, ObjectMount, World};
+use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-/// Places of the contacts on the last phalanx, as shares of its length.
-const PLACES: std::ops::Range<f64> = 0.15..0.9;
+/// Angles of joint 1, radian.
+const POSTURES_RAD: std::ops::Range<f64> = 0.45..1.0;
 
 /// Stiffness of the springs that hold the objects, newton per metre; `None` of fixed ones.
 pub const LEVELS: [Option<f64>; 5] = [None, Some(3000.0), Some(1000.0), Some(500.0), Some(250.0)];
@@ -50,16 +50,8 @@ pub fn finger<S: Simulated>(world: &World, seed: u64, grasps: usize) -> Result<V
         let mut random = Pcg64Mcg::seed_from_u64(seed);
         let mut score = Score::default();
         for index in 0..grasps {
-            let k_m = length_m * random.random_range(PLACES);
-            let diameter_m = random.random_range(0.006..0.03);
-            let grasp = Grasp::touching(
-                S::PHALANGES,
-                k_m,
-                random.random_range(0.45..1.0),
-                Shape::Cylinder { diameter_m },
-            );
-            let mut simulation = simulation.clone();
-            simulation.reseed(seed.wrapping_mul(1_000_003) + index as u64);
+            let grasp = drawn::<S>(length_m, POSTURES_RAD, &mut random);
+            let mut simulation = anew(&simulation, seed, index);
             simulation.plant().mount(&Object {
                 mount: level.map_or(ObjectMount::Fixed, |_| ObjectMount::Spring),
                 stiffness_n_per_m: level.unwrap_or(parameters.object.stiffness_n_per_m),

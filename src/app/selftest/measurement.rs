@@ -1,13 +1,11 @@
 //! What the motor is asked for in each step of the self-test, and what is made of the answers.
 
 use super::{DRIVEN_A, ENCODER_COUNTS, SelfTestStep, TRAVEL_RAD, TRAVEL_RAD_PER_S};
-use crate::drive::{OffsetState, Setpoint, Status};
+use crate::drive::{OffsetState, Setpoint, Status, offset};
 use crate::numeric::{Bounded, sqrt};
 
 /// The bridge needs 1.5 ms, the motor some more to stand still.
 pub const SETTLE_MS: u32 = 20;
-/// Longest measurement of the offset, milliseconds: 20 ms at rest and 205 ms of averaging, twice that.
-const OFFSET_MS: u32 = 420;
 /// Samples of the noise, one a millisecond.
 const NOISE_MS: u32 = 200;
 /// Longest drive for the encoder's direction, milliseconds: with a dead encoder it ends the motion.
@@ -73,7 +71,7 @@ impl Measurement {
                 (Setpoint::Off, SETTLE_MS)
             }
             SelfTestStep::Wake => (Setpoint::Brake, SETTLE_MS),
-            SelfTestStep::Offset => (Setpoint::MeasureOffset, OFFSET_MS),
+            SelfTestStep::Offset => (Setpoint::MeasureOffset, offset::LONGEST_MS),
             SelfTestStep::Noise => (Setpoint::Brake, NOISE_MS),
             SelfTestStep::Current => (Setpoint::Current { a: DRIVEN_A }, ENCODER_MS),
             SelfTestStep::Travel => {

@@ -4,10 +4,10 @@
 //! All is kept in one record, so that a save either happened or did not: no mix of old and new can be read back. Where it
 //! is kept, how damage is noticed and wear is levelled, is the [store](super::store)'s task.
 
-use crc::{CRC_32_ISCSI, Crc, NoTable};
 use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize};
 
+use super::store::CHECKSUM;
 use crate::app::console::settings::Overrides;
 use crate::drive::identify::Identified;
 use crate::scene::Scene;
@@ -18,8 +18,6 @@ pub const VERSION: u8 = 11;
 
 /// What was identified as it is stored: numbers of four bytes.
 const IDENTIFIED_BYTES: usize = size_of::<Identified>();
-
-const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
 
 /// Settings, calibration and friction record, borrowed: together they are long, and each move would be a copy on the stack.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -12,7 +12,7 @@
 use crc::{CRC_32_ISCSI, Crc, NoTable};
 
 /// Bit by bit: a table for whole bytes would be as large as the rest of this.
-const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
+pub(super) const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
 
 /// What can be erased, bytes.
 pub const PAGE: usize = 2048;

@@ -4,6 +4,7 @@ use super::Identified;
 use super::estimator::{Estimator, Phase};
 use crate::drive::config::CheckedConfig;
 use crate::drive::demand::{OffsetState, Setpoint, Status};
+use crate::drive::offset;
 
 /// Currents of the pulses, as shares of the drive's limit: two of them tell resistance from a lost voltage.
 const PULSES: [f32; 2] = [0.6, 0.3];
@@ -26,8 +27,7 @@ pub const FREE_WAY_RAD: f32 = 0.6;
 const BRAKING_RAD: f32 = 0.01;
 /// A motor that makes fewer counts in a millisecond stands, or is about to.
 const STANDING: i32 = 4;
-/// Longest measurement of the offset, and of all, milliseconds.
-const OFFSET_MS: u32 = 420;
+/// Longest measurement of all, milliseconds.
 const ALL_MS: u32 = 20_000;
 const SAMPLE_US: u64 = 1000;
 
@@ -168,7 +168,7 @@ impl Identification {
             Motion::Brake if self.ms > OFF_MS && stands || self.ms > COAST_MS => {
                 return Err(NotIdentified::TimedOut);
             }
-            Motion::Offset if self.ms > OFFSET_MS => return Err(NotIdentified::TimedOut),
+            Motion::Offset if self.ms > offset::LONGEST_MS => return Err(NotIdentified::TimedOut),
             motion => motion,
         };
         if next != self.motion {

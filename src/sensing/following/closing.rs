@@ -12,9 +12,7 @@ use crate::sensing::Sensor;
 use crate::sensing::calibration::MIDDLE_NM;
 use crate::sensing::location::SeriesElement;
 use crate::sensing::second::{BlockNoise, DOUBTFUL, Later, SecondContact, SlopeChange};
-
-/// A contact is lost when two blocks in a row lie below the largest torque so far by this share of it, and their noise.
-const LOST_SHARE: f32 = 0.1;
+use crate::sensing::sensor::FADED_SHARE;
 
 /// Standard deviation of the angle at which the first contact began, radian (chosen): without a place it is that of the detector.
 const ONSET_SIGMA_RAD: f32 = 0.03;
@@ -107,7 +105,7 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
     /// Whether the contact has let go: the finger slid off, or the object gave way. Takes a block's torque above friction.
     pub(super) fn is_lost(&mut self, excess_nm: f32, noise_nm: f32) -> bool {
         self.top_nm = self.top_nm.at_least(excess_nm);
-        let has_fallen = self.top_nm - excess_nm > LOST_SHARE * self.top_nm + noise_nm;
+        let has_fallen = self.top_nm - excess_nm > FADED_SHARE * self.top_nm + noise_nm;
         self.fallen = if has_fallen {
             self.fallen.saturating_add(1)
         } else {

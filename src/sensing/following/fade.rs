@@ -2,12 +2,11 @@
 //! for a [jump](super::jump).
 
 use crate::numeric::Bounded;
+use crate::sensing::sensor::FADED_SHARE;
 
 /// What efficiency that ripples may do between two blocks, as a share of the torque: 1 % (docs/BOUNDS.md#estimation-from-recordings)
 /// either way.
 pub(super) const RIPPLE_SHARE: f32 = 0.02;
-/// A slow decrease is a slip when it comes to this share of the largest torque.
-const FADED_SHARE: f32 = 0.1;
 /// Blocks in a row that say the same.
 const BLOCKS: u8 = 2;
 

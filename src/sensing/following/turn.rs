@@ -6,7 +6,7 @@
 //! counts: some millinewton metres at the input link.
 
 use crate::numeric::Bounded;
-use crate::sensing::block::Block;
+use crate::sensing::block::{Block, GAP_US};
 use crate::sensing::{Drive, Drivetrain, Sample};
 use heapless::Deque;
 
@@ -16,8 +16,6 @@ const MARKS: usize = 32;
 const LONGEST: f32 = 1.5;
 /// Marks over which a speed is taken.
 const TRAIL: usize = 3;
-/// A longer time without a sample ends the window, microseconds.
-const GAP_US: u32 = 5_000;
 
 /// State of the motor at a sample.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,32 +1,29 @@
 //! One fit: a hypothesis with a fixed contact radius; the other unknowns by Levenberg-Marquardt.
 //!
-//! Each trial is one pass over the curve, a few points at a time, because samples must not wait. If a pass is better, the next
+//! Each trial is one pass over the curve ([`pass`]). If a pass is better, the next
 //! step starts from its unknowns; if not, the step is shortened. The fit has converged when the predicted gain of a step is at
 //! most [`ENOUGH`], or when no shortened step is better.
 
 mod joint;
 mod learned;
+mod pass;
 mod soft;
 
-use super::model::{Hold, Model};
-use super::noise::{Row, Whitening};
+use super::Data;
+use super::model::Hold;
 use super::posterior::JOINT_SHARE;
-use super::prior::{CABLE, FACTOR, GIVE, JOINT, K, ONSET, Of, Place, Prior, Scaling, UNKNOWNS};
-use super::{Data, LEAST_POINTS, onset};
+use super::prior::{FACTOR, GIVE, JOINT, K, Of, Place, Prior, Scaling, UNKNOWNS};
 use crate::finger::Mechanics;
 use crate::joint_sensor::Told;
 use crate::numeric::{Bounded, ln, sqrt};
 use crate::sensing::SeriesElement;
-use crate::sensing::normal::{Normal, Unknowns};
+use crate::sensing::normal::Normal;
+use pass::Pass;
 
 /// Smallest gain worth a step, in units of the cost (minus twice the logarithm of the likelihood).
 const ENOUGH: f32 = 0.02;
 /// Largest number of passes.
 const MOST_PASSES: u8 = 24;
-/// Points of the curve per call (cost: docs/RESULTS.md#speed-and-size). With three phalanges each costs more, now and then twenty times.
-const fn points_a_step(phalanges: usize) -> usize {
-    if phalanges > 2 { 5 } else { 8 }
-}
 /// Passes after which the place is fitted too, where a cable that is not known decides: at the joint the stiffness hardly changes with
 /// the place, and a fit that the wrong cable sends there stays.
 const PLACE_AFTER: u8 = 2;
@@ -96,22 +93,9 @@ pub(super) enum Progress {
     Failed,
 }
 
-/// A pass over the curve: cost and normal equations of the points so far.
-#[derive(Clone, Debug)]
-struct Pass<F: Mechanics, X: SeriesElement> {
-    model: Model<F, X>,
-    whitening: Whitening,
-    /// Index of the next point.
-    next: usize,
-    /// Points that were not empty.
-    points: usize,
-    squares: f32,
-    logarithms: f32,
-    normal: Normal<UNKNOWNS, Of<F, X>>,
-}
-
 impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
-    /// A fit that starts from given unknowns: those of another fit, or of the prior at some place. It starts with a rigid object.
+    /// A fit that starts from given unknowns: those of another fit (`fitted`), whose cable is right enough to fit the place at once, or of
+    /// the prior at some place. It starts with a rigid object.
     pub(super) fn new(hypothesis: Hypothesis, mut x: [f32; UNKNOWNS], fitted: bool) -> Self {
         if X::OBJECT_GIVES {
             x[GIVE] = 0.0;
@@ -300,101 +284,5 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             chi_square: self.chi_square + Self::penalty(&self.x, prior),
             leaves: self.leaves,
         })
-    }
-
-    /// Begins a pass at the trial's unknowns, if there is such a contact.
-    #[inline(never)]
-    fn begin(
-        &mut self,
-        finger: &F,
-        data: &Data,
-        prior: &Prior<X>,
-        near: &F::Configuration,
-        scaling: &Scaling,
-    ) {
-        let values = scaling.values(&self.trial);
-        let Some(onset) = onset::at::<F, X>(finger, values[ONSET], prior, near) else {
-            return;
-        };
-        let model = Model::new(
-            finger,
-            (data.origin_rad, data.drivetrain),
-            &values,
-            prior,
-            self.hypothesis.hold,
-            &onset,
-        );
-        let mut normal = Normal::of_priors(&self.trial);
-        let joint = self.trial[JOINT];
-        normal.set_prior(JOINT, joint, prior.beside_normal::<F>(joint)[1]);
-        if !matches!(prior.place, Place::Known { .. }) {
-            // A uniform prior adds no gradient.
-            let weight = if self.hypothesis.has_place() {
-                1e-3
-            } else {
-                1.0
-            };
-            normal.set_prior(K, 0.0, weight);
-        }
-        self.pass = model.map(|model| Pass {
-            model,
-            whitening: Whitening::new(&prior.noise, data.drivetrain),
-            next: 0,
-            points: 0,
-            squares: 0.0,
-            logarithms: 0.0,
-            normal,
-        });
-    }
-
-    /// Evaluates the next points: converged after the last one, failed if there is no contact path.
-    #[inline(never)]
-    fn go_on(&mut self, finger: &F, data: &Data, scaling: &Scaling) -> Progress {
-        let onset_rad = scaling.values(&self.trial)[ONSET];
-        let has_place = self.hypothesis.has_place();
-        let Some(pass) = &mut self.pass else {
-            return Progress::Failed;
-        };
-        let end = (pass.next + const { points_a_step(F::PHALANGES) }).min(data.points.len());
-        for point in data.points.get(pass.next..end).unwrap_or_default() {
-            if point.blocks == 0 {
-                continue;
-            }
-            let Some(prediction) = pass.model.next(finger, point) else {
-                return Progress::Failed;
-            };
-            pass.points += 1;
-            let mut row = Row {
-                residual: point.excess_nm - prediction.excess_nm,
-                slopes: prediction.slopes,
-                variance: prediction.variance_nm2,
-                nm_per_rad: prediction.slopes[ONSET],
-            };
-            if !has_place {
-                row.slopes[K] = 0.0;
-            }
-            for (slope, deviation) in row.slopes.iter_mut().zip(&scaling.deviation) {
-                *slope *= deviation;
-            }
-            row.slopes[FACTOR] += prediction.slopes[JOINT] * scaling.joint_by_factor;
-            if X::FLEXIBLE {
-                row.slopes[FACTOR] += prediction.slopes[CABLE] * scaling.cable_by_factor;
-            }
-            let past_rad = data.end_rad(point) - onset_rad;
-            (pass.whitening).whiten(point, past_rad, UNKNOWNS - Of::<F, X>::MISSING, &mut row);
-            let weight = 1.0 / row.variance;
-            pass.squares += row.residual * row.residual * weight;
-            pass.logarithms += ln(row.variance);
-            pass.normal.add(row.residual, &row.slopes, weight);
-        }
-        pass.next = end;
-        if pass.next < data.points.len() {
-            return Progress::UnderWay;
-        }
-        if pass.points >= LEAST_POINTS && pass.squares.is_finite() {
-            Progress::Converged
-        } else {
-            Progress::Failed
-        }
     }
 }

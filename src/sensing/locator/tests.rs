@@ -7,6 +7,8 @@ use crate::scene::{P70, Scene};
 use crate::sensing::Cable;
 use core::marker::PhantomData;
 
+mod lost;
+
 const ONSET_RAD: f32 = 0.8;
 
 pub(super) fn prior() -> Prior<Cable> {
@@ -332,47 +334,4 @@ fn a_contact_uses_what_pins_have_told_of_the_joints() {
             "{k_m}: {off_m} +- {sigma_m}, without {off_without_m} +- {sigma_without_m}"
         );
     }
-}
-
-/// A hypothesis that is lost is not fitted with other radii, so the last word comes earlier. The margin grows with the likeliest fit's chi
-/// square, and nothing is lost against a contact that slides off its phalanx.
-#[test]
-fn a_hypothesis_that_is_lost_has_one_radius() {
-    let finger = P70::MECHANISM;
-    let drivetrain = P70::drivetrain(&finger);
-    let near = finger.rest();
-    // Factor and friction that are known leave the other phalanx no way out.
-    let mut prior = prior();
-    prior.calibration.torque_factor_sigma = 2e-3;
-    prior.noise.level_nm = 0.5e-3;
-    prior.noise.wander_nm = 0.2e-3;
-    let located = |points: &[Point]| {
-        let data = Data {
-            points,
-            origin_rad: 0.0,
-            drivetrain: &drivetrain,
-        };
-        let mut locator = Locator::<_, Cable>::default();
-        assert!(locator.begin(&finger, &data, &prior, &near, true));
-        while !locator.step(&finger, &data, &prior, &near, ()) {}
-        locator
-    };
-    let radii = |locator: &Locator<_, Cable>| {
-        let distal = locator.tracks.iter().find(|track| track.phalanx == 2);
-        let fits = distal.expect("a hypothesis").fits;
-        fits.iter().flatten().count()
-    };
-    let proximal = curve_held(&finger, &drivetrain, &prior, Hold::Proximal, &[]);
-    let mut locator = located(&proximal);
-    assert_eq!(radii(&locator), 1);
-    assert!(radii(&located(&curve(0.035, 0.02, 0.2e-3, &drivetrain))) > 2);
-
-    let lost = locator.lost();
-    let best = locator.tracks[0].fits[1]
-        .as_mut()
-        .expect("the proximal fit");
-    best.chi_square += 500.0;
-    assert!((lost - locator.lost() - 500.0).abs() < 0.1);
-    locator.tracks[0].fits[1].as_mut().expect("a fit").leaves = true;
-    assert_eq!(locator.lost(), f32::NEG_INFINITY);
 }

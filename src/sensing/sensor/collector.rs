@@ -14,9 +14,9 @@ use crate::sensing::torque_constant::ConstantShift;
 
 /// A contact is lost when the torque falls by this share of itself plus this many deviations of a block.
 const LOST_SHARE: f32 = 0.03;
-const LOST_SIGMAS: f32 = 8.0;
+pub(in crate::sensing) const LOST_SIGMAS: f32 = 8.0;
 /// The same for a slow decrease: the contact slides over the tip, or its object gives way.
-const FADED_SHARE: f32 = 0.1;
+pub(in crate::sensing) const FADED_SHARE: f32 = 0.1;
 /// Distance from the closing stop at which a contact's curve ends, radian: beyond, only the cable gives way.
 const STOP_MARGIN_RAD: f32 = 0.01;
 /// Error of friction extrapolated beyond the record, as a share of its unevenness (R, chosen).

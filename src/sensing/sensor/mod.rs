@@ -33,6 +33,7 @@ use crate::sensing::torque_constant::TorqueConstant;
 use crate::sensing::{
     Calibration, Directive, Drive, Drivetrain, Event, Object, Refusal, Sample, Settings,
 };
+pub(super) use collector::{FADED_SHARE, LOST_SIGMAS};
 use contact::Contact;
 use record::Learning;
 pub(super) use report::NEAR_SIGMAS;

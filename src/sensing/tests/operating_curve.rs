@@ -69,5 +69,9 @@ fn operating_curve() {
     }
     assert!(medians.is_sorted() && medians[5] < 250.0, "{medians:?}");
     assert!(free.is_sorted_by(|more, fewer| more >= fewer), "{free:?}");
-    assert_eq!(free[5] + soft[5], 0);
+    // The setting is about an upper bound: none of few closings, and less than one in a thousand of many.
+    assert!(
+        1000 * (free[5] + soft[5]) < count as usize,
+        "{free:?} {soft:?}"
+    );
 }

@@ -21,7 +21,7 @@ const FINGERS: u8 = 4;
 /// Contacts on each of them.
 const CONTACTS: usize = 8;
 /// Weight of the heavy finger, 65 g over 0.16 m, kilogram per metre.
-const HEAVY_KG_PER_M: f64 = 0.406;
+pub const HEAVY_KG_PER_M: f64 = 0.406;
 
 type Change = fn(&mut Parameters);
 
@@ -58,8 +58,12 @@ const EFFECTS: [(&str, Change); 23] = [
     ("effect: worm error 2 mrad", |p| {
         p.transmission.worm_error_rad = 2e-3;
     }),
-    ("effect: worm error 1 mrad, stated", |p| err(p, 1e-3)),
-    ("effect: worm error 2 mrad, stated", |p| err(p, 2e-3)),
+    ("effect: worm error 1 mrad, stated", |p| {
+        state_worm_error(p, 1e-3)
+    }),
+    ("effect: worm error 2 mrad, stated", |p| {
+        state_worm_error(p, 2e-3)
+    }),
     ("effect: 65 g that opens it, not stated", |p| {
         weigh(p, -90.0)
     }),
@@ -105,7 +109,7 @@ fn rub(parameters: &mut Parameters, coefficient: f64) {
     parameters.contact.stated_friction = coefficient;
 }
 
-fn err(parameters: &mut Parameters, rad: f64) {
+fn state_worm_error(parameters: &mut Parameters, rad: f64) {
     parameters.transmission.worm_error_rad = rad;
     parameters.transmission.stated_worm_error_rad = rad;
 }

@@ -24,20 +24,20 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// Settings of the sensing of a scene, with what the user knows of the skin.
+    /// Settings of the sensing of a scene, with what the user knows of skin and worm.
     #[must_use]
     pub fn settings<S: Simulated>(&self, parameters: &Parameters) -> Settings {
         let mut settings = S::settings();
         let replace = |place: &mut f32, value: Option<f32>| *place = value.unwrap_or(*place);
         replace(&mut settings.speed_rad_per_s, self.speed_rad_per_s);
         replace(&mut settings.torque_limit_nm, self.torque_limit_nm);
-        if let Some(stated) = parameters.contact.stated() {
-            settings.contact_friction = settings.rubbed_with(stated as f32);
+        if let Some(friction) = parameters.contact.stated() {
+            settings.contact_friction = settings.rubbed_with(friction as f32);
         }
-        let stated = parameters.transmission.stated_worm_error_rad;
+        let worm_error_rad = parameters.transmission.stated();
         replace(
             &mut settings.worm_error_rad,
-            Some(stated as f32).filter(|rad| *rad > 0.0),
+            worm_error_rad.map(|rad| rad as f32),
         );
         settings.mounting = S::mounting(parameters);
         settings

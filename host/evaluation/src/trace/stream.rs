@@ -4,13 +4,12 @@
 
 use std::io::Read;
 
+use palpate::app::log::BETWEEN_LINES;
 use palpate::sample::{Drive, Sample};
 
 use super::PERIOD_US;
 use super::read::{ReadError, back_emf, columns, field, malformed, reader};
 
-/// Between two lines that were logged before the same sample.
-const SEPARATOR: &str = " | ";
 /// Microseconds are whole up to here (some hundred years).
 const LARGEST_TIME_S: f64 = 3.2e9;
 
@@ -74,7 +73,9 @@ pub fn stream(input: impl Read) -> Result<Option<Vec<Streamed>>, ReadError> {
         if !complete {
             return Ok(None);
         }
-        let log = text(log).split(SEPARATOR).filter(|line| !line.is_empty());
+        let log = text(log)
+            .split(BETWEEN_LINES)
+            .filter(|line| !line.is_empty());
         let log = log.map(str::to_owned).collect();
         rows.push(Streamed { sample, log });
     }
@@ -86,12 +87,12 @@ pub fn stream(input: impl Read) -> Result<Option<Vec<Streamed>>, ReadError> {
 mod tests {
     use super::*;
 
-    const HEADER: &str = "time_s,encoder_counts,current_a,emf_v,duty,joint_rad,log\n";
+    use palpate_monitor::recording::HEADER;
 
     #[test]
     fn samples_come_with_the_lines_before_them() {
         let file = format!(
-            "{HEADER}1.000000,-3,0.0151,,1,,\"boot version=1 | state name=close from=idle\"\n1.001000,4,0.1,-3.4,-1,0.25,\n"
+            "{HEADER}\n1.000000,-3,0.0151,,1,,\"boot version=1 | state name=close from=idle\"\n1.001000,4,0.1,-3.4,-1,0.25,\n"
         );
         let rows = stream(file.as_bytes())
             .expect("well formed")
@@ -119,12 +120,12 @@ mod tests {
 
     #[test]
     fn what_lacks_samples_or_lines_is_no_stream() {
-        let gap = format!("{HEADER}1.000,0,0,,1,,\n1.002,0,0,,1,,\n");
+        let gap = format!("{HEADER}\n1.000,0,0,,1,,\n1.002,0,0,,1,,\n");
         assert_eq!(stream(gap.as_bytes()), Ok(None));
-        assert_eq!(stream(HEADER.as_bytes()), Ok(None));
+        assert_eq!(stream(format!("{HEADER}\n").as_bytes()), Ok(None));
         let other = "time_s,encoder_counts,current_a,duty\n1.000,0,0,1\n";
         assert_eq!(stream(other.as_bytes()), Ok(None));
-        let wrong = format!("{HEADER}1.000,zero,0,,1,,\n");
+        let wrong = format!("{HEADER}\n1.000,zero,0,,1,,\n");
         let error = stream(wrong.as_bytes()).expect_err("refused");
         assert!(error.to_string().contains("line 2, column encoder_counts"));
     }

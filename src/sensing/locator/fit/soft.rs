@@ -8,9 +8,9 @@ use crate::sensing::SeriesElement;
 use crate::sensing::locator::prior::{GIVE, Scaling, UNKNOWNS};
 use crate::sensing::normal::Normal;
 
-/// Logarithm of the odds against an object that gives way: one of nine does (chosen), and its prior is half a normal distribution, twice as
-/// dense. With even odds rigid objects are taken to be soft more often, and are told a little worse.
-const FEW: f32 = 1.386;
+/// Logarithm of the odds against an object that gives way: ln (8/2), because one of nine does (chosen), and its prior is half a normal
+/// distribution, twice as dense. With even odds rigid objects are taken to be soft more often, and are told a little worse.
+const LN_ODDS_AGAINST: f32 = 1.386;
 
 impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
     /// Releases the compliance of the object of a fit that has settled, if the curve demands it; false if not. Begins the passes again,
@@ -34,14 +34,14 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         }
         self.asked().is_some_and(|[asked, sigma]| {
             let clear = asked / sigma;
-            asked > 0.0 && clear * clear + 2.0 * ln(sigma) > 2.0 * FEW
+            asked > 0.0 && clear * clear + 2.0 * ln(sigma) > 2.0 * LN_ODDS_AGAINST
         })
     }
 
     /// Logarithm of the odds against the kind of object that the fit has found.
     pub(super) fn ln_odds_against(&self) -> f32 {
         if X::OBJECT_GIVES && self.x[GIVE] > 0.0 {
-            FEW
+            LN_ODDS_AGAINST
         } else {
             0.0
         }
