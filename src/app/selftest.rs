@@ -61,6 +61,12 @@ impl SelfTestStep {
         }
     }
 
+    /// Whether the steps after it are safe and tell something all the same: an offset that reads zero costs accuracy alone, and many a
+    /// bridge has one.
+    pub fn may_fail(self) -> bool {
+        self == Self::Offset
+    }
+
     /// Name in the log.
     pub fn name(self) -> &'static str {
         // In the order of the enum.
@@ -147,19 +153,19 @@ pub fn remedy(
             "check supply and divider at A5; set supply-min, supply-max to it, save, restart"
         }
         (SelfTestStep::Wake, _) => {
-            "nFAULT stays low: is the bridge supplied, nSLEEP at D4, nFAULT at D6, no short at the outputs?"
+            "nFAULT stays low: is the bridge supplied, nSLEEP at D4, nFAULT at D6, no output shorted?"
         }
         (SelfTestStep::BreakInput, _) => {
-            "nFAULT is held high: remove a pull-up of its own (the chip has one) or a short to 3.3 V"
+            "nFAULT is held high: remove a pull-up (the chip has one) or a short to 3.3 V"
         }
         (SelfTestStep::Offset, None) if low => {
-            "the offset reads zero or is negative: check the wire at A1; else fit another bridge or the INA240"
+            "the offset is zero or negative: check A1's wire; small currents are lost with this bridge"
         }
         (SelfTestStep::Offset, _) => {
             "the offset is too large: check ground and the sense resistor at A1"
         }
         (SelfTestStep::Noise, _) if low => "no noise at all: is the sense connected to A1?",
-        (SelfTestStep::Noise, _) => "keep the motor's wires away from A1, fit the capacitor at A1",
+        (SelfTestStep::Noise, _) => "keep the motor's wires away from A1, fit its capacitor",
         (_, Some(Fault::EncoderReversed)) => {
             "swap the motor's wires if the finger opened, the encoder's A and B if it closed"
         }
@@ -177,7 +183,7 @@ pub fn remedy(
             "swap the motor's wires if the finger opened, the encoder's A and B if it closed"
         }
         (SelfTestStep::Encoder, _) => {
-            "nothing is counted: free the finger; check the encoder's supply, A at D12 and B at D11"
+            "nothing is counted: free the finger; check the encoder's supply, A at D12, B at D11"
         }
         (SelfTestStep::Travel, _) => "the motion is too stiff: free the finger and the drivetrain",
     }

@@ -128,11 +128,14 @@ impl Bridge {
         }
     }
 
-    /// Whether the bridge reports a fault, or the break latched since the bridge was last switched on.
+    /// Whether the bridge reports a fault. Since it was last switched on the break tells, which latches and has a filter: a single sample
+    /// of a pin next to the motor's leads may be noise. Before, when nothing switches, the pin itself.
     pub fn fault(&self) -> bool {
-        let pin_low = !is_high(GPIOB, FAULT_PIN);
-        // Both registers in any case: cheaper than to branch.
-        pin_low | (self.armed & !TIM1.bdtr().read().moe())
+        if self.armed {
+            !TIM1.bdtr().read().moe()
+        } else {
+            !is_high(GPIOB, FAULT_PIN)
+        }
     }
 
     /// Does what the controller decided. Straight register writes: nothing here can fail or wait.
@@ -199,6 +202,8 @@ pub fn break_cuts_outputs() -> bool {
     TIM1.ccr(0).write(|w| w.set_ccr(0));
     clear_breaks();
     TIM1.bdtr().modify(|w| w.set_moe(true));
+    // MOE reads back late after it was set (BDTR of RM0440), and it must stay set while the pin is high.
+    cortex_m::asm::delay(TEST_CYCLES);
     let enabled = TIM1.bdtr().read().moe();
     pull(Pupdr::PULL_DOWN);
     // 40 kohm and some 50 pF: 2 us, and the filter.

@@ -126,6 +126,8 @@ pub fn read() -> Readings {
 /// Drops a sequence that has finished while nobody looked.
 pub fn drop_pending() {
     acknowledge();
+    // The write is buffered: read the converter, or its line still stands and pends the interrupt again.
+    let _ = ADC1.isr().read();
     NVIC::unpend(Interrupt::ADC1_2);
 }
 

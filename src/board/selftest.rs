@@ -35,7 +35,7 @@ impl Application {
         let _ = write!(answer, "selftest {}{}", Plain(how), Plain(step));
     }
 
-    /// The first step that failed; an error where the user stopped it.
+    /// The first step that failed, which ends the test unless it [may fail](SelfTestStep::may_fail); an error where the user stopped it.
     async fn steps(
         self,
         port: &mut BufferedUartTx<'static>,
@@ -47,6 +47,7 @@ impl Application {
         let (supply_min_v, supply_max_v) = (limit(Setting::SupplyMin), limit(Setting::SupplyMax));
         let signed = Active::CHECKED.config().sense.signed;
         let mut measurement = Measurement::new(Active::CHECKED.scale().counts(TRAVEL_RAD));
+        let mut failed = None;
         for step in SelfTestStep::ALL {
             let value = self.measure(step, &mut measurement).await;
             let value = value.unwrap_or(f32::NAN);
@@ -66,10 +67,13 @@ impl Application {
             }
             self.report_step(port, told, value, &wanted, passed).await;
             if !passed {
-                return Ok(Some(told));
+                failed = failed.or(Some(told));
+                if !step.may_fail() || fault.is_some() {
+                    break;
+                }
             }
         }
-        Ok(None)
+        Ok(failed)
     }
 
     async fn report_step(
