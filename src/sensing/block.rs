@@ -186,6 +186,11 @@ impl BlockAverager {
         self.collect(now, last, elapsed_us, sample, drivetrain, settings)
     }
 
+    /// Whether the block being filled follows another of steady motion.
+    pub fn is_adjacent(&self) -> bool {
+        (self.run.as_ref()).is_some_and(|run| run.speed_rad_per_s.is_some())
+    }
+
     /// Drops the block being filled.
     fn breach(&mut self) {
         self.sums = None;

@@ -223,14 +223,15 @@ impl<S: Scene> Coordinator<S> {
         Ok(())
     }
 
-    /// Takes an event of the sensing half: a located contact sets the current that holds the wanted force. True where the last word
-    /// on it asks for more than the limit of the current.
+    /// Takes an event of the sensing half: a located contact sets the current that holds the wanted force. A last word without a force takes
+    /// it back, so that the object is held as the scene says. True where the last word asks for more than the limit of the current.
     pub fn event(&mut self, event: &Event) -> bool {
-        let Event::Located {
-            force_n, settled, ..
-        } = event
-        else {
-            return false;
+        let (force_n, settled) = match *event {
+            Event::Located {
+                force_n, settled, ..
+            } => (force_n, settled),
+            Event::Ambiguous { settled: true, .. } | Event::NotLocated { .. } => (f32::NAN, true),
+            _ => return false,
         };
         // Ignore the last word on a closing that was stopped: it may come when the next motion has begun.
         if !matches!(self.sequence.state(), State::Probe | State::Hold) {
@@ -238,14 +239,14 @@ impl<S: Scene> Coordinator<S> {
         }
         let wanted_n = self.value(Setting::HoldForce);
         let limit_a = self.value(Setting::CurrentLimit);
-        let current_a = self.hold.current_a(*force_n, wanted_n);
-        if let Some(current_a) = current_a {
-            let mut motion = motion::<S>(&self.overrides);
-            motion.holding_current_a = current_a.at_most(limit_a);
-            self.sequence.set_motion(motion);
-            return *settled && current_a > limit_a;
-        }
-        false
+        let current_a = self.hold.current_a(force_n, wanted_n);
+        let scene_a = settled.then_some(S::MOTION.holding_current_a);
+        let Some(holding_a) = current_a.or(scene_a) else {
+            return false;
+        };
+        self.sequence
+            .set_holding_current(holding_a.at_most(limit_a));
+        settled && current_a.is_some_and(|current_a| current_a > limit_a)
     }
 
     /// One step, about once a millisecond.

@@ -136,6 +136,11 @@ impl Sequence {
         self.motion = motion;
     }
 
+    /// Changes the current that holds; within the limit of the current. Takes effect with the next step.
+    pub fn set_holding_current(&mut self, current_a: f32) {
+        self.motion.holding_current_a = current_a;
+    }
+
     /// There is a friction record.
     pub fn friction_known(&self) -> bool {
         self.friction_known

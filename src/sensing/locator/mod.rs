@@ -315,6 +315,12 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         })
     }
 
+    /// Whether a contact without a place may be on phalanx 1: not where that is hidden, nor where the place is lost at joint 3.
+    pub fn may_be_proximal(&self) -> bool {
+        let is_beyond = |(track, _): (&Track, _)| track.phalanx > 2;
+        F::FIRST_TOUCHING == 1 && !(F::PHALANGES > 2 && self.likeliest().is_some_and(is_beyond))
+    }
+
     /// Moves on to the next start, radius or hypothesis.
     fn go_on(&mut self, prior: &Prior<X>, joint: impl Told) {
         let starts = self.starts();

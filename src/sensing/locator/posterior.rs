@@ -163,7 +163,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     }
 
     /// The same with its hypothesis.
-    fn likeliest(&self) -> Option<(&Track, &Fitted)> {
+    pub(super) fn likeliest(&self) -> Option<(&Track, &Fitted)> {
         let mut best: Option<(&Track, &Fitted)> = None;
         for track in &self.tracks {
             for fit in track.fits.iter().flatten() {

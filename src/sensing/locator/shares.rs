@@ -74,6 +74,13 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         stands
     }
 
+    /// Begins with the whole curve again, because it is another.
+    pub fn forget_shares(&mut self) {
+        self.share = 0;
+        self.longer = None;
+        self.compared = false;
+    }
+
     /// The same for a contact at a known place, which learns from the part before a second phalanx touched. With two phalanges the whole
     /// curve counts: a pin that both touch is a misfit.
     pub fn teaches(&mut self, data: &Data) -> bool {
@@ -138,6 +145,23 @@ mod tests {
             ..data
         };
         assert!(!points(&data, 0).1);
+    }
+
+    /// A curve that is cut is judged as a whole again, and its shares are compared with its own.
+    #[test]
+    fn what_was_chosen_of_another_curve_is_forgotten() {
+        let mut locator = Locator::<<P70 as Scene>::Finger, crate::sensing::Cable> {
+            share: 2,
+            compared: true,
+            longer: Some(Longer {
+                share: 1,
+                points: 40,
+                cost: 900.0,
+            }),
+            ..Locator::default()
+        };
+        locator.forget_shares();
+        assert!(locator.share == 0 && !locator.compared && locator.longer.is_none());
     }
 
     #[test]

@@ -52,6 +52,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Contact<F, H, X> {
         if is_shorter || self.collector.phase != CurvePhase::Ending {
             self.collector.joint = H::Told::default();
             self.collector.phase = CurvePhase::Growing;
+            self.ended = 0;
+            self.locator.forget_shares();
             self.end();
         }
     }

@@ -213,13 +213,15 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         &self.state.calibration
     }
 
-    /// Takes a stored or nominal calibration. Returns false for an invalid one, which is ignored.
+    /// Takes a stored or nominal calibration. Returns false for an invalid one, which is ignored. A contact that is still judged is dropped:
+    /// it would be judged by both, and a pin would add to this one what it has learned with the other.
     // Not inlined: called from several places.
     #[inline(never)]
     pub fn set_calibration(&mut self, calibration: Calibration) -> bool {
         let valid = calibration.is_valid();
         if valid {
             self.state.calibration = calibration;
+            self.stage = Stage::Idle;
         }
         valid
     }
@@ -245,7 +247,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             return;
         }
         state.directive = directive;
-        state.last_residual = None;
+        // Of a closing on which everything else has been said.
+        state.conclude_closing(false);
         state.stale_told = false;
         self.done = false;
         self.stage = Stage::Idle;
@@ -263,7 +266,12 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
             .averager
             .push(sample, &state.drivetrain, &state.settings)
         {
-            BlockUpdate::Pending => {}
+            BlockUpdate::Pending => {
+                if !self.averager.is_adjacent() {
+                    // The same of a turn that made no block.
+                    self.state.before = H::Reading::default();
+                }
+            }
             BlockUpdate::Block(block) => {
                 self.take(&block);
                 self.state.before = self.state.reading;

@@ -122,7 +122,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
                 if last {
                     self.emit_nowhere(contact, why);
                 } else if let NotLocated::Proximal | NotLocated::Unobservable = why {
-                    if contact.reported == Reported::Nothing {
+                    if contact.reported == Reported::Nothing && contact.locator.may_be_proximal() {
                         contact.reported = Reported::MaybeProximal;
                     }
                     if why == NotLocated::Proximal && sure {

@@ -45,10 +45,8 @@ fn stand(sensor: &mut Seeing, time_us: &mut u64, angle_rad: f32) {
     }
 }
 
-/// The reading of a block is the mean of those at its ends. The first block of a motion has none: the reading before it is of the last
-/// motion.
-#[test]
-fn the_first_block_of_a_motion_has_no_reading() {
+/// What was recorded of friction, before a closing.
+fn recorded() -> (Seeing, u64) {
     let finger = P70::MECHANISM;
     let drivetrain = P70::drivetrain(&finger);
     let mut sensor: Seeing = Sensor::new(finger, drivetrain, P70::settings(), P70::UNCALIBRATED);
@@ -59,6 +57,43 @@ fn the_first_block_of_a_motion_has_no_reading() {
         stand(&mut sensor, &mut time_us, way[1]);
     }
     sensor.direct(Directive::Watch);
+    (sensor, time_us)
+}
+
+/// A turn that makes no block leaves the next one without a reading: that before it is of an angle farther back.
+#[test]
+fn a_block_after_a_gap_has_no_reading() {
+    let (mut sensor, mut time_us) = recorded();
+    turn(&mut sensor, &mut time_us, [0.0, 0.15]);
+    time_us += 10_000;
+    turn(&mut sensor, &mut time_us, [0.153, 0.3]);
+    let Stage::Searching(search) = &sensor.stage else {
+        panic!("no search");
+    };
+    let drivetrain = sensor.drivetrain();
+    let mut without = 0;
+    for block in &search.history {
+        let middle_rad = 0.5 * drivetrain.rotation_rad(0, block.counts);
+        match block.reading {
+            Some(reading_rad) => assert!(
+                (reading_rad - middle_rad).abs() < 0.2e-3,
+                "{block:?} {middle_rad}"
+            ),
+            None => without += 1,
+        }
+    }
+    assert_eq!(
+        without, 2,
+        "the first of the motion, and that after the gap"
+    );
+}
+
+/// The reading of a block is the mean of those at its ends. The first block of a motion has none: the reading before it is of the last
+/// motion.
+#[test]
+fn the_first_block_of_a_motion_has_no_reading() {
+    let (mut sensor, mut time_us) = recorded();
+    let drivetrain = *sensor.drivetrain();
     for way in [[0.0, 0.15], [0.15, 0.3]] {
         turn(&mut sensor, &mut time_us, way);
         let Stage::Searching(search) = &sensor.stage else {

@@ -216,8 +216,11 @@ fn a_proximal_contact_has_no_place() {
             radius_m: 0.0,
         };
         let points = curve(&finger, 0.5, contact, &mut random);
-        let verdict = judged(&finger, 0.5, &points);
+        let prior = prior(0.5);
+        let locator = locate(&finger, 0.5, &points, &prior);
+        let verdict = locator.verdict(&prior);
         assert_eq!(verdict, LocatorResult::Nowhere(NotLocated::Proximal));
+        assert!(locator.may_be_proximal());
     }
 }
 
@@ -232,7 +235,13 @@ fn a_contact_on_a_later_joint_has_no_place() {
             radius_m: HALF_THICKNESS_M + 0.005,
         };
         let points = curve(&finger, 0.8, contact, &mut random);
-        judged(&finger, 0.8, &points)
+        let prior = prior(0.8);
+        let locator = locate(&finger, 0.8, &points, &prior);
+        let verdict = locator.verdict(&prior);
+        // What is lost there says nothing of phalanx 1.
+        let is_lost = verdict == LocatorResult::Nowhere(NotLocated::Unobservable);
+        assert!(!is_lost || !locator.may_be_proximal());
+        verdict
     };
     let unobservable = LocatorResult::Nowhere(NotLocated::Unobservable);
     let mut without = 0;

@@ -26,6 +26,8 @@ mod sensor;
 mod softer;
 #[cfg(feature = "firmware")]
 mod sprung;
+#[cfg(feature = "firmware")]
+mod stopped;
 mod torque_constant;
 mod wander;
 

@@ -1,6 +1,7 @@
 //! The current that holds an object.
 
 use super::*;
+use crate::sensing::NotLocated;
 
 pub(super) fn located(force_n: f32) -> Event {
     Event::Located {
@@ -15,6 +16,15 @@ pub(super) fn located(force_n: f32) -> Event {
         radius_sigma_m: f32::NAN,
         settled: true,
     }
+}
+
+/// The same before the last word.
+fn refined(force_n: f32) -> Event {
+    let mut event = located(force_n);
+    if let Event::Located { settled, .. } = &mut event {
+        *settled = false;
+    }
+    event
 }
 
 /// Closes, probes with a current of 80 mA over a free one of 20 mA, both known after a hundred samples, and holds.
@@ -63,9 +73,23 @@ fn a_located_contact_sets_the_holding_current() {
     assert!(!coordinator.event(&located(2.0)), "within the limit");
     assert!((held_a(&coordinator) - expected_a).abs() < 1e-6);
     assert!((0.04..0.07).contains(&expected_a), "{expected_a}");
-    // Nothing follows from what is no force.
-    assert!(!coordinator.event(&located(-1.0)));
+    // Nothing follows from what is no force, before the last word; that one takes back what was told before.
+    assert!(!coordinator.event(&refined(f32::NAN)));
     assert!((held_a(&coordinator) - expected_a).abs() < 1e-6);
+    for last in [
+        located(f32::NAN),
+        located(-1.0),
+        Event::NotLocated {
+            why: NotLocated::Unexplained,
+            torque_nm: 0.1,
+        },
+    ] {
+        assert!(!coordinator.event(&refined(2.0)));
+        assert!((held_a(&coordinator) - expected_a).abs() < 1e-6);
+        assert!(!coordinator.event(&last));
+        assert!((held_a(&coordinator) - P70::MOTION.holding_current_a).abs() < 1e-6);
+    }
+    assert!(!coordinator.event(&located(2.0)));
     // The next grasp may end in a contact without a force: it is held as the scene says.
     coordinator.command(Command::Stop).expect("never refused");
     coordinator.advance(1_000_000, &Status::default(), None);
@@ -87,11 +111,7 @@ fn a_force_that_cannot_be_held_is_told() {
         .set(Setting::CurrentLimit, 0.05)
         .expect("in range");
     holding(&mut coordinator);
-    let mut refined = located(1.5);
-    if let Event::Located { settled, .. } = &mut refined {
-        *settled = false;
-    }
-    assert!(!coordinator.event(&refined), "once, at the end");
+    assert!(!coordinator.event(&refined(1.5)), "once, at the end");
     assert!(coordinator.event(&located(1.5)));
     assert!((held_a(&coordinator) - 0.05).abs() < 1e-6);
 }
