@@ -126,8 +126,8 @@ fn words(session: &Session<'_>) -> Vec<String> {
 const OF_NOISE: [&str; 3] = ["residual_mnm", "wander_mnm", "least_n_per_mm"];
 
 /// The same word, or the same key with numbers that differ by no more than 5 %, those of noise 15 %, deviations 50 %, besides torques half
-/// a millinewton metre, and what is about zero: a cable's stiffening 0.01 per newton metre, a rigid object's compliance 0.05 mm/N and its
-/// share of the rotation 0.01. A start with another time takes some microseconds more or less, and the noise is drawn at other instants.
+/// a millinewton metre, a radius's deviation, which jumps where the fit of one more radius joins, 1 mm, and what is about zero: a cable's
+/// stiffening 0.01 per newton metre, a rigid object's compliance 0.05 mm/N and its share of the rotation 0.01. A start with another time takes some microseconds more or less, and the noise is drawn at other instants.
 fn alike(a: &str, b: &str) -> bool {
     let number = |word: &str| {
         let (key, value) = word.split_once('=')?;
@@ -145,6 +145,7 @@ fn alike(a: &str, b: &str) -> bool {
             let besides = match key.as_str() {
                 "torque_mnm" => 0.5,
                 "stiffening_per_nm" => 0.01,
+                "radius_sigma_mm" => 1.0,
                 "compliance_mm_per_n" => 0.05,
                 "share" => 0.01,
                 _ => 0.0,
