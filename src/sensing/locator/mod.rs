@@ -33,7 +33,7 @@ mod starts;
 mod tests;
 
 pub use noise::Noise;
-pub(super) use noise::WAVE_SHARE;
+pub(super) use noise::{WAVE_SHARE, waves_nm};
 pub use onset::free_behind_cable;
 pub use posterior::{Estimate, LocatorResult};
 pub use prior::{Place, Prior};

@@ -41,6 +41,14 @@ const WHITE_SHARE: f32 = 0.003;
 const IMPACT_NM_S_PER_RAD: f32 = 5e-3 / 0.3;
 const IMPACT_S: f32 = 0.04;
 
+/// Torque that the efficiency's wave takes a share of, newton metre: the load, and what an error of the angle over a turn of the worm,
+/// radian, adds where the excess changes by so much with the angle (docs/SENSING.md#transmission-error).
+#[inline(always)]
+pub(in crate::sensing) fn waves_nm(load_nm: f32, worm_error_rad: f32, nm_per_rad: f32) -> f32 {
+    let error_nm = worm_error_rad / WAVE_SHARE * nm_per_rad;
+    sqrt(load_nm * load_nm + error_nm * error_nm)
+}
+
 /// Prior of the noise at the beginning of the curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
@@ -120,8 +128,7 @@ impl Whitening {
         let load = point.excess_nm.at_least(0.0);
         // An error of the angle is a wave of the same period, independent of the efficiency's, so their variances add up. Keep both in one
         // wave: two more states would cost a third more in each point.
-        let error = self.noise.worm_error_rad / WAVE_SHARE * row.nm_per_rad;
-        let wave = sqrt(load * load + error * error);
+        let wave = waves_nm(load, self.noise.worm_error_rad, row.nm_per_rad);
         let (sin, cos) = sin_cos(TAU * (turns - (turns as i32) as f32));
         let seen = [1.0, point.time_s, 1.0, wave * cos, wave * sin, load];
         let impact = IMPACT_NM_S_PER_RAD * self.noise.speed_rad_per_s * self.bounce(past_rad);

@@ -134,6 +134,28 @@ fn curve_held<F: Mechanics, X: SeriesElement>(
     points
 }
 
+/// Data of a curve whose angles count from zero.
+pub(super) fn data<'a>(points: &'a [Point], drivetrain: &'a Drivetrain) -> Data<'a> {
+    Data {
+        points,
+        origin_rad: 0.0,
+        drivetrain,
+    }
+}
+
+/// A locator after a thorough round on a curve.
+pub(super) fn judged<F: Mechanics, X: SeriesElement>(
+    finger: &F,
+    data: &Data,
+    prior: &Prior<X>,
+) -> Locator<F, X> {
+    let near = finger.rest();
+    let mut locator = Locator::default();
+    assert!(locator.begin(finger, data, prior, &near, true));
+    while !locator.step(finger, data, prior, &near, ()) {}
+    locator
+}
+
 /// Places and radii of objects, metre.
 const CONTACTS: [[f32; 2]; 7] = [
     [0.003, 0.002],
@@ -172,14 +194,8 @@ fn compare_with_starts_everywhere(prior: &Prior<Cable>, joint_nm: f32, contacts:
             joint_nm,
             &drivetrain,
         );
-        let data = Data {
-            points: &points,
-            origin_rad: 0.0,
-            drivetrain: &drivetrain,
-        };
-        let mut locator = Locator::<_, Cable>::default();
-        assert!(locator.begin(&finger, &data, prior, &near, true));
-        while !locator.step(&finger, &data, prior, &near, ()) {}
+        let data = data(&points, &drivetrain);
+        let locator = judged(&finger, &data, prior);
         let track = locator.tracks.iter().find(|t| t.phalanx == 2).unwrap();
         let best = |fits: &mut dyn Iterator<Item = f32>| fits.fold(f32::NEG_INFINITY, f32::max);
         let most = best(&mut track.fits.iter().flatten().map(|f| f.ln_evidence));
@@ -229,21 +245,14 @@ fn compare_with_starts_everywhere(prior: &Prior<Cable>, joint_nm: f32, contacts:
 fn what_the_priors_give_way_counts_as_misfit() {
     let finger = P70::MECHANISM;
     let drivetrain = P70::drivetrain(&finger);
-    let near = finger.rest();
     let points = curve(0.035, 0.011, 3e-3, &drivetrain);
-    let data = Data {
-        points: &points,
-        origin_rad: 0.0,
-        drivetrain: &drivetrain,
-    };
+    let data = data(&points, &drivetrain);
     // Joints and cable of the curve take 3 mN m and 0.69 rad per newton metre.
     let explained = |joint_sigma_nm: f32, cable_rad_per_nm: f32| {
         let mut prior = prior();
         prior.joint_nm = [0.2e-3, joint_sigma_nm];
         prior.calibration.cable_rad_per_nm = cable_rad_per_nm;
-        let mut locator = Locator::<_, Cable>::default();
-        assert!(locator.begin(&finger, &data, &prior, &near, true));
-        while !locator.step(&finger, &data, &prior, &near, ()) {}
+        let locator = judged(&finger, &data, &prior);
         let best = locator.best_fit().expect("a fit");
         let gave_way: f32 = best.x.iter().skip(1).map(|x| x * x).sum();
         // The residuals alone are as small as their noise.
@@ -259,7 +268,6 @@ fn what_the_priors_give_way_counts_as_misfit() {
 fn a_contact_uses_what_pins_have_told_of_the_joints() {
     let finger = P70::MECHANISM;
     let drivetrain = P70::drivetrain(&finger);
-    let near = finger.rest();
     let assumed = [0.6e-3, 0.6e-3];
     let (joint_nm, radius_m) = (1.6e-3, 0.011);
     let noise = Noise {
@@ -269,15 +277,8 @@ fn a_contact_uses_what_pins_have_told_of_the_joints() {
     };
     let found = |prior: &Prior<Cable>, k_m: f32| {
         let points = curve(k_m, radius_m, joint_nm, &drivetrain);
-        let data = Data {
-            points: &points,
-            origin_rad: 0.0,
-            drivetrain: &drivetrain,
-        };
-        let mut locator = Locator::<_, Cable>::default();
-        assert!(locator.begin(&finger, &data, prior, &near, true));
-        while !locator.step(&finger, &data, prior, &near, ()) {}
-        locator
+        let data = data(&points, &drivetrain);
+        judged(&finger, &data, prior)
     };
     let mut calibration = Calibration {
         torque_factor_sigma: 0.115,

@@ -3,7 +3,7 @@
 use super::corner::Stretch;
 use super::{BlockNoise, SlopeChange};
 use crate::numeric::{Bounded, sin_cos, sqrt};
-use crate::sensing::locator::WAVE_SHARE;
+use crate::sensing::locator::{WAVE_SHARE, waves_nm};
 use core::f32::consts::TAU;
 
 /// Blocks after the corner that are left out, and the share of all where they are few: the finger may stick in them.
@@ -61,7 +61,7 @@ pub(super) fn fit(stretch: &Stretch, change: &SlopeChange, noise: &BlockNoise) -
     }
     let walk = WALK_SHARE * number * number * noise.walk_nm2;
     let white = (scatter / (number - 2.0)).at_least(noise.white_nm2);
-    let wave = WAVE_SHARE * noise.waves_nm(torque, slope) * waves;
+    let wave = WAVE_SHARE * waves_nm(torque, noise.worm_error_rad, slope) * waves;
     let variance = white + walk + 0.5 * wave * wave / squares;
     let later = Later {
         theta_a_rad: at,

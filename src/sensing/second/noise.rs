@@ -1,8 +1,5 @@
 //! What is known of the noise of blocks in which a second contact is looked for.
 
-use crate::numeric::sqrt;
-use crate::sensing::locator::WAVE_SHARE;
-
 /// Noise of a block's torque.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockNoise {
@@ -24,12 +21,5 @@ impl BlockNoise {
             walk_nm2: number * self.walk_nm2,
             ..*self
         }
-    }
-
-    /// Torque that the efficiency's wave takes a share of, newton metre: the load, and what an error of the angle adds where the torque has
-    /// this slope (docs/SENSING.md#transmission-error).
-    pub(super) fn waves_nm(&self, torque_nm: f32, slope_nm_per_rad: f32) -> f32 {
-        let error_nm = self.worm_error_rad / WAVE_SHARE * slope_nm_per_rad;
-        sqrt(torque_nm * torque_nm + error_nm * error_nm)
     }
 }

@@ -4,7 +4,7 @@
 use super::BlockNoise;
 use super::corner::WINDOW;
 use crate::numeric::{Bounded, dot, sin_cos, sqrt};
-use crate::sensing::locator::WAVE_SHARE;
+use crate::sensing::locator::{WAVE_SHARE, waves_nm};
 use core::f32::consts::TAU;
 use heapless::Vec;
 
@@ -98,7 +98,7 @@ impl Whitened {
             let from_rad = theta - white.middle_rad;
             let u = from_rad / scale_rad;
             let (sin, cos) = sin_cos(TAU / noise.worm_turn_rad * from_rad);
-            let wave_nm = noise.waves_nm(torque, slope);
+            let wave_nm = waves_nm(torque, noise.worm_error_rad, slope);
             let mut row = [1.0, u, u * u, u * u * u, wave_nm * cos, wave_nm * sin, 0.0];
             for (value, predicted) in row.iter_mut().zip(&mut predicted) {
                 *value = filter.apply(*value, predicted);

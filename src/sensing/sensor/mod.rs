@@ -268,7 +268,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         {
             BlockUpdate::Pending => {
                 if !self.averager.is_adjacent() {
-                    // The same of a turn that made no block.
+                    // A turn that made no block lies between: the reading is too old for the mean with the next one.
                     self.state.before = H::Reading::default();
                 }
             }

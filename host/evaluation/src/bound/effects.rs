@@ -6,13 +6,13 @@ use palpate_document::table::head;
 use palpate_plant::Parameters;
 use palpate_scenes::{P70, P70Grasp, Tendon2};
 
-use super::information::Bound;
 use super::known::{GRAVITY_M_PER_S2, Known};
+use super::mean::Bound;
 use super::objects::Objects;
 use crate::experiments::effects::HEAVY_KG_PER_M;
 use crate::reference::Weight;
 
-/// As [`super::information::bound`], with a change.
+/// As [`super::mean::bound`], with a change.
 fn changed<S: Scene>(
     name: &'static str,
     change: impl Fn(&mut Known),

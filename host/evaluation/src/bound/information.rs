@@ -4,17 +4,10 @@
 //! It bounds the mean square error of an estimator that knows as little and whose lengths are exact; for a normal error the mean without
 //! sign is [`MEAN_SHARE`] of the deviation. Where the torque hardly depends on the place the curve is not linear in it over that
 //! deviation, and the bound is rough; there is a posterior by sampling for that ([`super::sampled`]). On the
-//! prototype it is compared with the exact posterior (`tests/all/bound.rs`).
+//! prototype it is compared with the exact posterior (`tests/all/bound.rs`). Means over contacts are in [`super::mean`].
 
 use nalgebra::{DMatrix, DVector};
-use palpate::scene::Scene;
-use palpate_document::table::head;
-use palpate_plant::Parameters;
 use palpate_simulation::places::{PIN_RAD, PIN_SHARES};
-use rand::SeedableRng;
-use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
-use serde::Serialize;
 
 use super::known::{
     Chosen, FACTOR, FRICTION, GIVE, JOINT, K, Known, ONSET, PULLEYS, RADIUS, TURNS, UNIFORM,
@@ -41,31 +34,6 @@ const MOST_POINTS: usize = 80;
 pub(super) const TOP_SHARE: f64 = 0.95;
 /// Contacts that a finger cannot make are drawn again, so often.
 pub(super) const DRAWS: usize = 50;
-
-/// Mean errors without sign that the data allow, percent of the phalanx.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Bound {
-    /// The scene.
-    pub scene: &'static str,
-    /// With pins and a press on the stop.
-    pub calibrated_pct: f64,
-    /// The same if nothing were known of the joints' friction and preload but what the scene says.
-    pub joints_forgotten_pct: f64,
-    /// With pins, if the leverage at a place differs from that at the pins by what they leave of the doubt that the scene states.
-    pub leverage_pct: f64,
-    /// With pins, if a tendon's pulleys are off one by one.
-    pub pulleys_pct: f64,
-    /// With a press on the stop alone.
-    pub pressed_pct: f64,
-    /// The same if the leverage at a place is as doubtful as the scene states.
-    pub pressed_leverage_pct: f64,
-    /// The same if a tendon's pulleys are off one by one.
-    pub pressed_pulleys_pct: f64,
-    /// By the data sheets.
-    pub sheet_pct: f64,
-    /// Contacts.
-    pub contacts: usize,
-}
 
 /// What is known of a tendon's pulleys.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -243,8 +211,8 @@ impl Known {
         Some(slopes.tr_mul(&slopes))
     }
 
-    /// Deviations of a contact's place, percent of the phalanx, for each level of [`Bound`].
-    fn sigmas_pct(&self, chosen: &Chosen) -> Option<[f64; 8]> {
+    /// Deviations of a contact's place, percent of the phalanx, for each level of [`Bound`](super::mean::Bound).
+    pub(super) fn sigmas_pct(&self, chosen: &Chosen) -> Option<[f64; 8]> {
         let deviations = self.deviations(self.lengths_m[chosen.phalanx - 1]);
         let information = self.information(chosen, &deviations)?;
         let calibrated = self.calibrated(&deviations, Pulleys::Exact)?;
@@ -344,63 +312,4 @@ pub(super) fn told(known: &DMatrix<f64>, information: &DMatrix<f64>) -> Option<D
     let more = DMatrix::identity(unknowns, unknowns) + information * known;
     let told = known * more.try_inverse()?;
     Some((&told + told.transpose()) * 0.5)
-}
-
-/// What the data hold of places on a scene's finger. `None` where the finger cannot make the contacts.
-#[must_use]
-pub fn bound<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Option<Bound> {
-    Known::of::<S>(parameters).bound(S::NAME, contacts, seed)
-}
-
-impl Known {
-    /// What the data hold of places with this much known.
-    pub(super) fn bound(&self, scene: &'static str, contacts: u64, seed: u64) -> Option<Bound> {
-        let sigmas: Vec<[f64; 8]> = (0..contacts)
-            .into_par_iter()
-            .filter_map(|index| {
-                let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
-                (0..DRAWS).find_map(|_| self.sigmas_pct(&self.drawn(&mut random)?))
-            })
-            .collect();
-        let mean = |level: usize| {
-            let sum: f64 = sigmas.iter().map(|sigma| sigma[level]).sum();
-            MEAN_SHARE * sum / sigmas.len() as f64
-        };
-        (!sigmas.is_empty()).then(|| Bound {
-            scene,
-            calibrated_pct: mean(0),
-            joints_forgotten_pct: mean(1),
-            leverage_pct: mean(2),
-            pulleys_pct: mean(3),
-            pressed_pct: mean(4),
-            pressed_leverage_pct: mean(5),
-            pressed_pulleys_pct: mean(6),
-            sheet_pct: mean(7),
-            contacts: sigmas.len(),
-        })
-    }
-}
-
-/// A table for docs/BOUNDS.md.
-#[must_use]
-pub fn markdown(bounds: &[Bound]) -> String {
-    let mut out = head(
-        "scene | pins, % | pins, joints forgotten, % | pins, leverage in doubt, % | pins, pulleys off, % \
-         | a press, % | a press, leverage in doubt, % | a press, pulleys off, % | data sheets, %",
-    );
-    for bound in bounds {
-        out.push_str(&format!(
-            "| {} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} | {:.2} |\n",
-            bound.scene,
-            bound.calibrated_pct,
-            bound.joints_forgotten_pct,
-            bound.leverage_pct,
-            bound.pulleys_pct,
-            bound.pressed_pct,
-            bound.pressed_leverage_pct,
-            bound.pressed_pulleys_pct,
-            bound.sheet_pct,
-        ));
-    }
-    out
 }

@@ -14,6 +14,7 @@ pub mod effects;
 mod felt;
 pub mod information;
 mod known;
+pub mod mean;
 mod objects;
 mod ours;
 pub mod sampled;

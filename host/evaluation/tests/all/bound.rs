@@ -1,7 +1,8 @@
 //! What the data hold, by how much of the finger is known (`--nocapture` shows the table;
 //! `PALPATE_CONTACTS` says at how many contacts each).
 
-use palpate_evaluation::bound::information::{self, MEAN_SHARE, bound};
+use palpate_evaluation::bound::information::MEAN_SHARE;
+use palpate_evaluation::bound::mean::{self, bound};
 use palpate_evaluation::bound::sampled::{self, first_posterior};
 use palpate_evaluation::bound::{Told, effects, ideal, levels, markdown, on_large, study};
 use palpate_plant::Parameters;
@@ -64,7 +65,7 @@ fn pins_tell_places_on_every_finger_and_fisher_agrees_with_the_posterior() {
                 .unwrap_or_else(|| panic!("{name}: no contacts"))
         })
         .collect();
-    println!("{}", information::markdown(&bounds));
+    println!("{}", mean::markdown(&bounds));
     for bound in &bounds {
         assert_eq!(bound.contacts as u64, contacts, "{bound:?}");
         assert!(

@@ -6,6 +6,7 @@ mod object;
 mod scenes;
 mod sections;
 mod spread;
+mod stated;
 mod temperature;
 
 pub use fingers::FingerParameters;
@@ -157,28 +158,6 @@ impl Parameters {
     #[must_use]
     pub fn counts_per_rad(&self) -> f64 {
         self.encoder.counts_per_rev * self.ratio() / std::f64::consts::TAU
-    }
-
-    /// What a user sets of how the finger hangs, by eye and kitchen scale: direction of gravity and how upright the plane of motion
-    /// stands to ten degrees, the finger's mass to a gram. Direction, degree, and the weight that acts in that plane over what the scene
-    /// states; `None` where it states none.
-    #[must_use]
-    pub fn stated_mounting(&self) -> Option<(f64, f64)> {
-        const STANDARD_M_PER_S2: f64 = 9.81;
-        let stated_kg: f64 = self.finger.stated_mass_kg.iter().sum();
-        let by_eye = |deg: f64| 10.0 * (0.1 * deg).round();
-        let turned = |deg: f64| (deg + 180.0).rem_euclid(360.0) - 180.0;
-        let mechanism = &self.mechanism;
-        let length_m: f64 = self.finger.length_m.iter().sum();
-        let grams = (1e3 * mechanism.linear_density_kg_per_m * length_m).round();
-        let upright = (mechanism.gravity_m_per_s2 / STANDARD_M_PER_S2).min(1.0);
-        let acts = by_eye(upright.asin().to_degrees()).to_radians().sin();
-        (stated_kg > 0.0).then(|| {
-            (
-                turned(by_eye(mechanism.mounting_deg)),
-                acts * 1e-3 * grams / stated_kg,
-            )
-        })
     }
 
     /// Whether the current follows every edge of the PWM.

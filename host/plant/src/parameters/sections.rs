@@ -316,27 +316,6 @@ section! {
     }
 }
 
-/// What the finger's builder states; 0 leaves it to the scene.
-fn stated(value: f64) -> Option<f64> {
-    (value > 0.0).then_some(value)
-}
-
-impl Contact {
-    /// The coefficient that the finger's builder sets, where it is known about the skin.
-    #[must_use]
-    pub fn stated(&self) -> Option<f64> {
-        stated(self.stated_friction)
-    }
-}
-
-impl Transmission {
-    /// Error of the worm's angle that the finger's builder states, radian, where it was measured.
-    #[must_use]
-    pub fn stated(&self) -> Option<f64> {
-        stated(self.stated_worm_error_rad)
-    }
-}
-
 section! {
     /// Parameters common to all fingers.
     Mechanism {

@@ -3,10 +3,9 @@
 use super::*;
 use crate::finger::Mounting;
 use crate::scene::{Return2, Scene};
-use crate::sensing::Cable;
 use crate::sensing::locator::fit::Progress;
 use crate::sensing::locator::prior::FACTOR;
-use crate::sensing::locator::tests::{curve_of, prior};
+use crate::sensing::locator::tests::{curve_of, data, judged, prior};
 
 /// Number of starts along the phalanx with which a round is compared.
 const PLACES: u8 = 20;
@@ -31,14 +30,8 @@ fn a_finger_that_is_held_all_along_is_not_fitted_as_one_that_breaks_away() {
     ];
     let mut points = curve_of(&finger, &drivetrain, &prior, radius_m, &values_of);
     points.truncate(26);
-    let data = Data {
-        points: &points,
-        origin_rad: 0.0,
-        drivetrain: &drivetrain,
-    };
-    let mut locator = Locator::<_, Cable>::default();
-    assert!(locator.begin(&finger, &data, &prior, &near, true));
-    while !locator.step(&finger, &data, &prior, &near, ()) {}
+    let data = data(&points, &drivetrain);
+    let locator = judged(&finger, &data, &prior);
     let found = locator.best_fit().expect("a fit");
 
     let (smallest, _) = ORDER[0];
