@@ -191,6 +191,15 @@ impl BlockAverager {
         (self.run.as_ref()).is_some_and(|run| run.speed_rad_per_s.is_some())
     }
 
+    /// Of a closing that goes on from a press on the opening stop, the way on which the cable took up the finger's load does not count.
+    pub fn leave_stop(&mut self) {
+        if let Some(run) = &mut self.run {
+            run.start_counts = run.start_counts.max(0);
+            run.taken_up = false;
+        }
+        self.sums = None;
+    }
+
     /// Drops the block being filled.
     fn breach(&mut self) {
         self.sums = None;

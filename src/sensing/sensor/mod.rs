@@ -234,6 +234,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         if matches!(directive, Directive::RecordFriction) {
             let empty = Friction::empty(state.travel_counts(), &state.drivetrain);
             self.learning.begin(empty);
+            self.averager.leave_stop();
             state.torque_constant = TorqueConstant::default();
         } else {
             self.learning.end_recording(state);

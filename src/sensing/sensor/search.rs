@@ -60,10 +60,13 @@ pub struct Suspicion {
     pub threshold: f32,
 }
 
+/// The last blocks of a search.
+pub(super) type History<R> = Deque<CorrectedBlock<R>, HISTORY>;
+
 /// State of a search.
 #[derive(Clone, Debug)]
 pub(super) struct Search<R> {
-    pub(super) history: Deque<CorrectedBlock<R>, HISTORY>,
+    pub(super) history: History<R>,
     detector: Option<Detector>,
     /// Whether this closing has already been reported as unusual.
     pub(super) unusual: bool,
@@ -243,9 +246,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             }
             Finding::Contact(onset) => {
                 let wander = *detector.wander();
-                let first = search.history.front().unwrap_or(&corrected);
                 return SearchOutcome::Contact(Detection {
-                    onset: self.before_weight(onset, [first, &corrected]),
+                    onset: self.before_weight(onset, &mut search.history, &corrected),
                     wander,
                 });
             }

@@ -1,7 +1,7 @@
 //! The finger's weight: what the difference between closing and opening in the friction record tells of it, and contacts that take it
 //! over.
 
-use super::search::CorrectedBlock;
+use super::search::{CorrectedBlock, History};
 use super::state::SensorState;
 use crate::finger::Mechanics;
 use crate::joint_sensor::JointSensor;
@@ -21,6 +21,11 @@ const CARRIED: f32 = 0.85;
 /// Standard deviation of the way on which an object takes it over, as a share of the way: the slope of the torque's rise
 /// tells it, and rises have a curvature (R, chosen).
 const HIDDEN_SIGMA: f32 = 0.5;
+/// Fall of the torque, deviations of a block, from which on it shows where it began (chosen: of less, the blocks before it tell the level
+/// better).
+const SHOWN_SIGMAS: f32 = 12.0;
+/// A block that has fallen by less than this share of that is one before it.
+const BEGUN: f32 = 0.25;
 /// Least share of the rise's slope by which the contact gains on the free finger (chosen).
 const LEAST_GAIN: f32 = 0.3;
 /// A torque far below any that holds a joint, newton metre: prevents a division by 0.
@@ -77,15 +82,19 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     }
 
     /// The onset of a contact that took over the weight that closes the finger before its torque rose: on the way on which the contact
-    /// gains on the free finger what that lacks to zero where the rise begins.
+    /// gains on the free finger what that lacks to zero where the rise begins. A fall of the torque that shows in the history tells better
+    /// where it began; the history then begins where the torque was lowest, and it counts from there, because what the motor takes
+    /// before is not the contact's path.
     pub(super) fn before_weight(
         &self,
         mut onset: Onset,
-        [first, last]: [&CorrectedBlock<H::Reading>; 2],
+        history: &mut History<H::Reading>,
+        last: &CorrectedBlock<H::Reading>,
     ) -> Onset {
         let rad_per_count = self.drivetrain.rad_per_count;
         // Torque that the free finger takes there, and its slope.
         let (needed_nm, needed_nm_per_count) = if F::WEIGHS {
+            let first = history.front().unwrap_or(last);
             let way_counts = last.counts.wrapping_sub(first.counts).max(1) as f32;
             let slope = (last.free_nm - first.free_nm) / way_counts;
             let back_counts = last.counts as f32 - onset.counts;
@@ -103,6 +112,22 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         onset.sigma_counts =
             sqrt(onset.sigma_counts * onset.sigma_counts + sigma_counts * sigma_counts);
         onset.since += (hidden_counts / last.width_counts.max(1) as f32) as usize;
+        let residuals = history.iter().map(|block| block.residual_nm);
+        let lowest_nm = residuals.fold(f32::MAX, f32::at_most);
+        let shown_nm = SHOWN_SIGMAS * sqrt(last.variance_nm2);
+        let level_nm = onset.level_nm;
+        if needed_nm < 0.0 && level_nm - lowest_nm > shown_nm {
+            onset.level_nm = lowest_nm;
+            while let Some(first) = history.pop_front() {
+                if level_nm - first.residual_nm < BEGUN * shown_nm {
+                    onset.counts = first.counts as f32;
+                    onset.sigma_counts = first.width_counts as f32;
+                } else if first.residual_nm <= lowest_nm {
+                    let _ = history.push_front(first);
+                    break;
+                }
+            }
+        }
         onset
     }
 }

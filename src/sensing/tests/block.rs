@@ -99,6 +99,37 @@ fn nothing_of_a_start_a_reversal_or_the_dead_band_becomes_a_block() {
     }
 }
 
+/// A recording begins while the finger backs off from a press on its opening stop: only the way beyond the stop counts.
+#[test]
+fn the_way_on_which_a_stop_is_left_does_not_count() {
+    let first_rad = |leave: bool| {
+        let mut averager = BlockAverager::default();
+        let start = -(0.05 / drivetrain().rad_per_count) as i32;
+        let mut found = None;
+        for i in 0..2000 {
+            let counts = start + 30 * i;
+            let sample = Sample {
+                emf_v: f32::NAN,
+                time_us: 1000 * i as u64,
+                position_counts: counts,
+                current_a: 0.02,
+                drive: Drive::Closing,
+                joint: (),
+            };
+            if leave && (0..30).contains(&counts) {
+                averager.leave_stop();
+            }
+            if let BlockUpdate::Block(block) = averager.push(&sample, &drivetrain(), &settings()) {
+                found = found.or(Some(block.counts));
+            }
+        }
+        found.expect("blocks") as f32 * drivetrain().rad_per_count
+    };
+    let settle_rad = settings().settle_rad;
+    assert!((settle_rad - 0.05..settle_rad).contains(&first_rad(false)));
+    assert!((settle_rad..settle_rad + 0.03).contains(&first_rad(true)));
+}
+
 /// Blocks of a closing whose position is a function of the milliseconds.
 fn closing(milliseconds: u64, counts: impl Fn(u64) -> i32) -> Vec<Block> {
     let mut averager = BlockAverager::default();

@@ -2,7 +2,7 @@
 //! Simulated.
 
 use palpate::sensing::Event;
-use palpate_plant::{Engine, Grasp, Shape, World};
+use palpate_plant::{Engine, Grasp, Parameters, Shape, World};
 use palpate_scenes::P70;
 use palpate_simulation::Simulation;
 
@@ -36,26 +36,65 @@ fn calibrate(engine: Engine, seed: u64) {
     }
     assert!(simulation.calibration().contacts > 0, "{engine}, {seed}");
     for k_m in PLACES_M {
-        let grasp = Grasp::touching(2, k_m, THETA_1_RAD, Shape::Cylinder { diameter_m: 0.020 });
-        let outcome = simulation.close(&grasp).unwrap();
-        let told = format!("{engine}, seed {seed}, {k_m} m: {:?}", outcome.events);
-        let located = outcome
-            .events
-            .iter()
-            .rev()
-            .find_map(|(_, event)| match *event {
-                Event::Located {
-                    phalanx: 2,
-                    k_m,
-                    sigma_m,
-                    ..
-                } => Some([k_m, sigma_m].map(f64::from)),
-                _ => None,
-            });
-        let [found_m, sigma_m] = located.unwrap_or_else(|| panic!("{told}"));
-        let off_m = (found_m - k_m).abs();
-        assert!(off_m < MOST_OFF_M && off_m < 3.0 * sigma_m, "{told}");
-        assert_eq!(simulation.open().unwrap().fault, None, "{told}");
+        locate(&mut simulation, k_m, &format!("{engine}, seed {seed}"));
+    }
+}
+
+/// A contact that is felt when it begins and located.
+fn locate(simulation: &mut Simulation<P70>, k_m: f64, finger: &str) {
+    let grasp = Grasp::touching(2, k_m, THETA_1_RAD, Shape::Cylinder { diameter_m: 0.020 });
+    let outcome = simulation.close(&grasp).unwrap();
+    let told = format!("{finger}, {k_m} m: {:?}", outcome.events);
+    let began_s = outcome.first_contact.expect("a contact").time_s;
+    let touched_s = outcome.events.iter().find_map(|(_, event)| match *event {
+        Event::Touch { time_us, .. } => Some(time_us as f64 * 1e-6),
+        _ => None,
+    });
+    assert!(
+        touched_s.is_some_and(|touched_s| touched_s > began_s),
+        "{told}"
+    );
+    let located = outcome
+        .events
+        .iter()
+        .rev()
+        .find_map(|(_, event)| match *event {
+            Event::Located {
+                phalanx: 2,
+                k_m,
+                sigma_m,
+                ..
+            } => Some([k_m, sigma_m].map(f64::from)),
+            _ => None,
+        });
+    let [found_m, sigma_m] = located.unwrap_or_else(|| panic!("{told}"));
+    let off_m = (found_m - k_m).abs();
+    assert!(off_m < MOST_OFF_M && off_m < 3.0 * sigma_m, "{told}");
+    assert_eq!(simulation.open().unwrap().fault, None, "{told}");
+}
+
+/// 65 g, four times what the scenes expect. On the opening stop the cable bears none of it: a record of how it takes that up repeats in every
+/// turn of the worm, and three of ten closings felt it. On an object that takes it over the torque falls by more than the fit explains.
+#[test]
+fn a_heavy_finger_is_calibrated_and_locates_however_it_hangs() {
+    for (mounting_deg, seed) in [(-90.0, 7001), (-90.0, 7002), (90.0, 7001), (90.0, 7002)] {
+        let finger = format!("mounted at {mounting_deg} degrees, seed {seed}");
+        let mut parameters = Parameters::of("p70").expect("valid");
+        parameters.mechanism.linear_density_kg_per_m = 0.406;
+        parameters.mechanism.gravity_m_per_s2 = 9.81;
+        parameters.mechanism.mounting_deg = mounting_deg;
+        let mut simulation = Simulation::<P70>::new(&parameters, seed).expect("a plant");
+        assert_eq!(simulation.prepare().unwrap().fault, None, "{finger}");
+        for k_m in PINS_M {
+            let outcome = simulation.calibrate(2, k_m, THETA_1_RAD).unwrap();
+            let is_taken = |(_, event): &(u64, Event)| matches!(event, Event::Calibrated { .. });
+            let told = format!("{finger}, pin at {k_m} m: {:?}", outcome.events);
+            assert!(outcome.events.iter().any(is_taken), "{told}");
+            assert_eq!(outcome.fault, None, "{told}");
+        }
+        for k_m in PLACES_M {
+            locate(&mut simulation, k_m, &finger);
+        }
     }
 }
 
