@@ -92,10 +92,12 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 }
             }
         }
-        // The likeliest of all, optionally without one.
+        // The likeliest of all, or of those beyond phalanx 1 without one.
         let likeliest = |but: Option<&Weighed>| {
             (weighed.iter())
-                .filter(|of| !but.is_some_and(|but| core::ptr::eq(but, *of)))
+                .filter(|of| {
+                    but.is_none_or(|but| !core::ptr::eq(but, *of) && of.estimate.phalanx > 1)
+                })
                 .max_by(|a, b| a.ln_evidence.total_cmp(&b.ln_evidence))
         };
         let Some(first) = likeliest(None).filter(|_| self.explains()) else {
@@ -117,10 +119,8 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             return LocatorResult::Nowhere(NotLocated::Unobservable);
         }
         match rival {
-            Some(rival) if rival.estimate.phalanx > 1 => {
-                LocatorResult::Either([told(first, &weighed), told(rival, &weighed)])
-            }
-            _ => LocatorResult::At(told(first, &weighed)),
+            Some(rival) => LocatorResult::Either([told(first, &weighed), told(rival, &weighed)]),
+            None => LocatorResult::At(told(first, &weighed)),
         }
     }
 
@@ -140,7 +140,8 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         })
     }
 
-    /// Number of squares in [chi square](Fitted::chi_square).
+    /// What [chi square](Fitted::chi_square) is expected to be at most: one for every point, and some for the radius, which is the nearest of
+    /// a grid (chosen: as many as there are unknowns; 27 points of a pin half way between two radii have 52).
     fn terms(&self) -> f32 {
         (self.number + UNKNOWNS) as f32
     }
