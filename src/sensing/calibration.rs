@@ -185,10 +185,11 @@ impl Calibration {
         self.joint_correlation *= narrower;
     }
 
-    /// Moves what pins and presses have told to another closing speed. The worm's efficiency, which is part of the torque factor and of the
-    /// cable's twist per nominal torque, is expected to differ by `share` there. Returning to the old speed does not narrow the deviations.
+    /// Moves what pins have told to another closing speed. The worm's efficiency, which is part of the torque factor and of the cable's twist
+    /// per nominal torque, is expected to differ by `share` there; what no pin has told is expected of every speed, and the cable with it.
+    /// Returning to the old speed does not narrow the deviations.
     pub(super) fn change_speed(&mut self, share: f32) {
-        if self.contacts == 0 && self.presses == 0 {
+        if self.contacts == 0 {
             return;
         }
         self.torque_factor *= 1.0 + share;

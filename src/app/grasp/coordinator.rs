@@ -274,6 +274,10 @@ impl<S: Scene> Coordinator<S> {
             State::Probe => self.hold.probing(status.current_a),
             _ => {}
         }
+        if motion.changed == Some((State::Probe, State::Hold)) {
+            // Before the last word the finger does not close on: the force belongs to the current that it has.
+            self.sequence.limit_holding_current(status.current_a);
+        }
         let directive = match motion.changed {
             Some((_, State::Close)) if self.sequence.is_pressing() => {
                 Some(Directive::CalibrateCable)

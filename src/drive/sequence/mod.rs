@@ -14,6 +14,7 @@ mod transitions;
 use super::convert::Scale;
 use super::demand::{Demand, Setpoint, Status};
 use super::fault::Fault;
+use crate::numeric::Bounded;
 use homing::Homing;
 pub use messages::{MotionResult, Notice, Refused, Request};
 pub use motion::{Motion, WINDUP_RAD};
@@ -139,6 +140,11 @@ impl Sequence {
     /// Changes the current that holds; within the limit of the current. Takes effect with the next step.
     pub fn set_holding_current(&mut self, current_a: f32) {
         self.motion.holding_current_a = current_a;
+    }
+
+    /// Holds with no more than that from now on, ampere.
+    pub fn limit_holding_current(&mut self, current_a: f32) {
+        self.motion.holding_current_a = self.motion.holding_current_a.at_most(current_a);
     }
 
     /// There is a friction record.

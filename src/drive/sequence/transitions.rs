@@ -203,6 +203,8 @@ impl Sequence {
                 (seen.stalled || wound_up).then_some(State::Open)
             }
             Some(Notice::Touched) => {
+                // A closing that stood for an instant may have been judged before.
+                self.judged = false;
                 self.outcome = MotionResult::Contact;
                 Some(State::Probe)
             }

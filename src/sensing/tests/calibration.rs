@@ -179,4 +179,14 @@ fn at_another_speed_what_was_told_is_less_sure_and_nothing_else_is() {
     let mut assumed = START;
     assumed.change_speed(0.1);
     assert_eq!(assumed, START);
+    // So is a torque factor that no pin has told, and with it the cable of a press.
+    let mut pressed = Calibration {
+        cable_rad_per_nm: 0.8,
+        cable_sigma_rad_per_nm: 0.03,
+        presses: 1,
+        ..START
+    };
+    let before = pressed;
+    pressed.change_speed(0.1);
+    assert_eq!(pressed, before);
 }
