@@ -13,6 +13,8 @@ const STILL_US: u64 = 30_000;
 const STARTED_RAD: f32 = 1.0e-3;
 /// So long after the start there is an answer at the latest, microseconds.
 const ANSWER_US: u64 = 22_000;
+/// More than this share of the mean current is another current: the controller keeps it far closer (chosen).
+const RAISED: f32 = 1.1;
 /// Weight of a sample in the mean current of a motor that stands.
 const GAIN: f32 = 0.05;
 
@@ -56,6 +58,13 @@ impl Stand {
 
     /// Takes a sample of a finger in contact; whether the motor has started by itself.
     pub(super) fn push<J>(&mut self, sample: &Sample<J>, drivetrain: &Drivetrain) -> bool {
+        if self
+            .current_a
+            .is_some_and(|mean_a| sample.current_a > RAISED * mean_a)
+        {
+            // What starts now has been told to.
+            *self = Self::default();
+        }
         let now = (sample.time_us, sample.position_counts);
         let (since_us, counts) = *self.anchor.get_or_insert(now);
         let way_rad = drivetrain.rotation_rad(counts, now.1);
@@ -144,6 +153,30 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// A holding current that is raised, as the last word does for a wanted force, makes it start because it was told to.
+    #[test]
+    fn a_start_by_more_current_is_not_of_its_own() {
+        let start = |raised_a: f32| {
+            let (mut stand, drivetrain) = (Stand::default(), drivetrain());
+            let samples = (0..400u64).map(|ms| {
+                let angle_rad = 0.4 + 0.2 * (1e-3 * ms as f32 - 0.2).clamp(0.0, 0.02);
+                Sample {
+                    emf_v: f32::NAN,
+                    time_us: 1000 * ms,
+                    position_counts: (angle_rad / drivetrain.rad_per_count) as i32,
+                    current_a: if ms < 200 { 0.06 } else { raised_a },
+                    drive: Drive::Idle,
+                    joint: (),
+                }
+            });
+            samples
+                .filter(|sample| stand.push(sample, &drivetrain))
+                .count()
+        };
+        assert_eq!(start(0.098), 0);
+        assert_eq!(start(0.062), 1, "the controller's own ripple");
     }
 
     /// A motor that is turned back did not start by itself: it is the load that grew.

@@ -11,6 +11,7 @@ use crate::joint_sensor::JointSensor;
 use crate::numeric::Bounded;
 use crate::sensing::block::{Block, BlockAverager, BlockUpdate};
 use crate::sensing::location::SeriesElement;
+use crate::sensing::locator::springs;
 use crate::sensing::second::{BlockNoise, SecondContact};
 use crate::sensing::sensor::LOST_SIGMAS;
 use crate::sensing::{Directive, Drive, Event, NotLocated, Sample, Sensor};
@@ -309,7 +310,8 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
             let torque_nm = factor * closing.excess_nm + closing.free_nm;
             sensor.finger().held_forces(held, torque_nm)
         });
-        let springs = sensor.settings().force_scale.unwrap_or(1.0);
+        let scale = sensor.settings().force_scale;
+        let springs = scale.unwrap_or_else(|| springs(sensor.calibration())[0]);
         let over = Followed::Grasp {
             grip: closing.grip,
             torque_nm: closing.excess_nm,

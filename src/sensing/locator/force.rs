@@ -145,7 +145,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
 /// The springs' stiffness over the scene's, estimated from the torque factor f that pins have told, with the standard deviation of a force
 /// by it: a force with the scene's springs is in proportion to f, with the estimated ones to the power of f that is not theirs. Without
 /// pins f tells of the motor alone.
-fn springs(calibration: &Calibration) -> [f32; 2] {
+pub(in crate::sensing) fn springs(calibration: &Calibration) -> [f32; 2] {
     let mean = if calibration.contacts > 0 {
         exp(-SPRING_SHARE * ln(calibration.torque_factor))
     } else {

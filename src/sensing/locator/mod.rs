@@ -32,6 +32,7 @@ mod starts;
 #[cfg(all(test, feature = "firmware"))]
 mod tests;
 
+pub(super) use force::springs;
 pub use noise::Noise;
 pub(super) use noise::{WAVE_SHARE, waves_nm};
 pub use onset::free_behind_cable;
