@@ -140,6 +140,10 @@ impl fmt::Display for ExpectedRange {
     }
 }
 
+/// Of an encoder that stands still, or nearly.
+const NOT_COUNTED: &str =
+    "nothing is counted: free the finger; check the encoder's supply, A at D12, B at D11";
+
 /// What to look at where a step failed with this value, and perhaps a fault.
 pub fn remedy(
     step: SelfTestStep,
@@ -156,22 +160,18 @@ pub fn remedy(
             "nFAULT stays low: is the bridge supplied, nSLEEP at D4, nFAULT at D6, no output shorted?"
         }
         (SelfTestStep::BreakInput, _) => {
-            "nFAULT is held high: remove a pull-up (the chip has one) or a short to 3.3 V"
+            "nFAULT is held high: remove a pull-up or a short to 3.3 V"
         }
         (SelfTestStep::Offset, None) if low => {
-            "the offset is zero or negative: check A1's wire; small currents are lost with this bridge"
+            "the offset is zero or negative: check A1; small currents are lost"
         }
-        (SelfTestStep::Offset, _) => {
-            "the offset is too large: check ground and the sense resistor at A1"
-        }
-        (SelfTestStep::Noise, _) if low => "no noise at all: is the sense connected to A1?",
+        (SelfTestStep::Offset, _) => "the offset is too large: check ground and the resistor at A1",
+        (SelfTestStep::Noise, _) if low => "no noise at all: check A1, and nSLEEP at D4",
         (SelfTestStep::Noise, _) => "keep the motor's wires away from A1, fit its capacitor",
         (_, Some(Fault::EncoderReversed)) => {
             "swap the motor's wires if the finger opened, the encoder's A and B if it closed"
         }
-        (_, Some(Fault::EncoderStuck | Fault::EncoderJump)) => {
-            "the encoder does not follow: check its supply, A at D12 and B at D11"
-        }
+        (_, Some(Fault::EncoderStuck | Fault::EncoderJump)) => NOT_COUNTED,
         (_, Some(Fault::SenseStuck)) => {
             "no current is read: check the sense wire at A1, the motor's wires, EN at D7"
         }
@@ -182,10 +182,8 @@ pub fn remedy(
         (SelfTestStep::Encoder, _) if value < -wanted.min => {
             "swap the motor's wires if the finger opened, the encoder's A and B if it closed"
         }
-        (SelfTestStep::Encoder, _) => {
-            "nothing is counted: free the finger; check the encoder's supply, A at D12, B at D11"
-        }
-        (SelfTestStep::Travel, _) => "the motion is too stiff: free the finger and the drivetrain",
+        (SelfTestStep::Encoder, _) => NOT_COUNTED,
+        (SelfTestStep::Travel, _) => "too stiff: free the finger and the drivetrain",
     }
 }
 
@@ -233,6 +231,6 @@ mod tests {
         let of = |value, fault| remedy(SelfTestStep::Encoder, value, &wanted, fault);
         assert_eq!(of(-1000.0, None), of(0.0, Some(Fault::EncoderReversed)));
         assert_ne!(of(-1000.0, None), of(0.0, None));
-        assert_ne!(of(0.0, None), of(0.0, Some(Fault::EncoderStuck)));
+        assert_eq!(of(0.0, None), of(0.0, Some(Fault::EncoderStuck)));
     }
 }

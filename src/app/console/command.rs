@@ -119,23 +119,23 @@ verbs! {
     Help "help" "", "list the commands";
     Status "status" "", "state, position, current, supply, temperature, fault";
     SelfTest "selftest" "",
-        "check wiring, sensors and motor, which moves a few degrees";
+        "check wiring, sensors, motor; it moves a few degrees";
     Identify "identify" "",
-        "measure the motor: resistance, torque constant, inertia, friction, dead time";
-    Run "run" "", "a grasp: home, record friction if needed, close, probe, hold, open";
-    Home "home" "", "open against the stop and make it the zero";
+        "measure resistance, torque constant, inertia, friction";
+    Run "run" "", "a grasp: home, close, probe, hold, open";
+    Home "home" "", "open to the stop and make it the zero";
     RecordFriction "record-friction" "",
-        "record friction on a free closing and opening: remove objects first";
+        "close and open to record friction: remove objects first";
     Calibrate "calibrate" "MM | cable | forget",
-        "press on a pin at a known place, or on the closing stop for the cable";
+        "press on a pin, or on the closing stop";
     Close "close" "", "close until contact, probe, hold";
     Open "open" "", "open to the stop";
     Stop "stop" "", "bridge off at once, in any state";
     Clear "clear" "", "clear a fault whose cause is gone";
     Show "show" "", "print the settings";
-    Set "set" "NAME VALUE", "change a setting; `show` lists names, units and ranges";
-    Trace "trace" "on [N] | off", "stream every sample (1 kHz) or every Nth to the log";
-    Save "save" "", "keep settings, friction record and calibration";
+    Set "set" "NAME VALUE", "change a setting; `show` lists them";
+    Trace "trace" "on [N] | off", "log every sample (1 kHz) or every Nth";
+    Save "save" "", "keep settings, friction, calibration";
     Factory "factory" "", "forget all that was saved";
 }
 

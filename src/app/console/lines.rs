@@ -2,6 +2,11 @@
 
 use super::command::{Command, CommandError, LINE_MAX};
 
+/// What terminals send to take the last character back.
+const BACKSPACE: u8 = 0x08;
+/// See [`BACKSPACE`].
+const DELETE: u8 = 0x7F;
+
 /// Assembles lines from bytes, in whatever pieces they arrive.
 ///
 /// A line that grows too long is dropped whole, up to its end, and answered once. A line that ends in `stop` is a stop,
@@ -17,6 +22,12 @@ pub struct Lines {
 impl Lines {
     /// Takes a byte; at the end of a line, its command. `None` within a line and for empty ones.
     pub fn push(&mut self, byte: u8) -> Option<Result<Command, CommandError>> {
+        if matches!(byte, BACKSPACE | DELETE) {
+            // Of a line that is dropped there is nothing to mend.
+            let _ = self.line.pop();
+            self.tail >>= 8;
+            return None;
+        }
         if !matches!(byte, b'\n' | b'\r') {
             self.tail = self.tail << 8 | u32::from(byte.to_ascii_lowercase());
             self.overlong |= self.line.push(byte).is_err();
@@ -54,6 +65,22 @@ mod tests {
             vec![
                 Ok(Command::Status),
                 Ok(Command::Open),
+                Err(CommandError::Unknown)
+            ]
+        );
+    }
+
+    #[test]
+    fn a_character_that_is_taken_back_does_not_count() {
+        let mut lines = Lines::default();
+        assert_eq!(
+            feed(
+                &mut lines,
+                b"st0p\x7f\x7fop\nclx\x08ose\n\x08\x7f\nstop\x08\n"
+            ),
+            vec![
+                Ok(Command::Stop),
+                Ok(Command::Close),
                 Err(CommandError::Unknown)
             ]
         );

@@ -82,7 +82,7 @@ impl fmt::Display for Hint {
             Self::Save => "calibrated; remove any pin and enter: save",
             Self::RecordFriction => "leave the finger free and enter: record-friction",
             Self::Again(Refusal::NoContact) => {
-                "no contact was detected: put the pin into the finger's way; repeat"
+                "no contact: put the pin into the finger's way; repeat"
             }
             Self::Again(Refusal::TooFewSamples) => {
                 "the press was too short: is current-limit high enough? repeat"
