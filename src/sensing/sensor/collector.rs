@@ -157,9 +157,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         point.late_nm = collector.late_nm;
         collector.torque_nm = point.excess_nm;
         collector.top_nm = collector.top_nm.at_least(point.excess_nm);
-        // Beyond the travel the motor holds, at a speed that no record is of.
+        let measured_rad = self.drivetrain.closing_rad(corrected.counts);
         if !matches!(self.directive, Directive::CalibrateCable)
-            && corrected.counts >= self.travel_counts()
+            && self.is_at_stop(measured_rad, point.excess_nm)
         {
             collector.phase = CurvePhase::AtStop;
         }
