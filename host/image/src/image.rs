@@ -155,6 +155,13 @@ impl Image {
         Ok(image)
     }
 
+    /// What flash holds at which address.
+    pub fn flash(&self) -> impl Iterator<Item = (u32, &[u8])> {
+        self.flash
+            .iter()
+            .map(|(address, bytes)| (*address, bytes.as_slice()))
+    }
+
     /// Every function and static.
     pub fn symbols(&self) -> impl Iterator<Item = &Symbol> {
         self.symbols.iter()

@@ -8,6 +8,10 @@ use crate::stream::Event;
 const LAST_WORD_S: f64 = 0.5;
 /// A source that is as long without a word when nothing more is expected has no more to say: nobody asked for samples.
 const SILENCE: Duration = Duration::from_secs(2);
+/// A line that is older than the one before it by more comes from a firmware that has started anew, second: an interrupt may overtake one.
+const STARTED_ANEW_S: f64 = 0.1;
+/// What ends a motion then.
+const RESTART: &str = "restart";
 
 /// Follows a recording to its end.
 #[derive(Debug, Default)]
@@ -17,6 +21,8 @@ pub struct Ending {
     /// Somebody reads the commands: refusals are about this recording.
     asked: bool,
     first_s: Option<f64>,
+    /// The line before.
+    last_s: Option<f64>,
     /// The motion's end.
     done_s: Option<f64>,
     /// The fault that ended it.
@@ -41,6 +47,15 @@ impl Ending {
 
     /// Takes a log line.
     pub fn event(&mut self, event: &Event) {
+        let last_s = std::mem::replace(&mut self.last_s, event.time_s);
+        let went_back =
+            |last_s: f64| (event.time_s).is_some_and(|now| now < last_s - STARTED_ANEW_S);
+        if self.moving && last_s.is_some_and(went_back) {
+            // What it did then is told by the lines that follow.
+            self.moving = false;
+            self.done_s = event.time_s;
+            self.fault = Some(RESTART.to_owned());
+        }
         match event.name.as_str() {
             "sequence done" if self.seconds.is_none() => self.done_s = event.time_s.or(self.done_s),
             // A motion that a fault ends says no `sequence done`.
@@ -155,6 +170,20 @@ mod tests {
         ending.sample(2.0);
         assert!(!ending.over(2.4) && ending.over(2.5));
         assert_eq!((ending.fault(), ending.refused()), (Some("stall"), None));
+    }
+
+    /// After a reset nothing goes on, and the samples have stopped.
+    #[test]
+    fn a_restart_ends_it() {
+        let moving = ["5.0 INFO state name=close from=home", "4.99 INFO answer ok"];
+        assert!(after(&moving).patience().is_none());
+        let started = "0.001 INFO record state=none bad_words=0";
+        let ending = after(&[moving[0], started, "0.002 INFO state name=idle"]);
+        assert_eq!(ending.fault(), Some("restart"));
+        assert!(ending.patience().is_some());
+        // Where nothing moved it is none of the recording's business.
+        let ending = after(&["5.0 INFO state name=idle", started]);
+        assert!(ending.fault().is_none() && ending.patience().is_none());
     }
 
     #[test]

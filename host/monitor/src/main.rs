@@ -251,12 +251,14 @@ fn record(options: &RecordOptions) -> Result<(), String> {
     let mut ending = Ending::new(options.seconds, asked);
     let (mut lost, mut shown) = (0, Instant::now());
     let terminal = std::io::stderr().is_terminal();
+    let mut is_over = false;
     while let Some(message) = source.next(ending.patience()) {
         recording.take(&message).map_err(cannot)?;
         match message {
             Message::Sample(sample) => {
                 let since_s = ending.sample(sample.time_s);
                 if ending.over(sample.time_s) {
+                    is_over = true;
                     break;
                 }
                 if terminal && shown.elapsed() > Duration::from_millis(200) {
@@ -298,6 +300,11 @@ fn record(options: &RecordOptions) -> Result<(), String> {
     match (ending.refused(), ending.fault()) {
         (Some(answer), _) => Err(format!("nothing moved, the firmware answered: {answer}")),
         (None, Some(fault)) => Err(format!("a fault ended the motion: {fault}")),
+        // Nobody waited for less than the whole.
+        _ if !is_over && ending.patience().is_none() => Err(
+            "the source ended before the recording was over: the file has what came before"
+                .to_owned(),
+        ),
         (None, None) => Ok(()),
     }
 }

@@ -1,14 +1,18 @@
 //! A debug probe, by probe-rs as a library: the same RTT channels that `probe-rs run` reads, without a program between.
 //!
-//! It attaches to the firmware that runs, and neither halts nor resets it.
+//! It attaches to the firmware that runs. It does not reset it, but to attach probe-rs halts the core for some milliseconds; a motor that turns
+//! meanwhile ends in `encoder-jump`. A reset of the chip is followed.
 
 use std::fmt::Display;
 use std::io::{Error, Result};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use palpate_image::Image;
 use probe_rs::probe::list::Lister;
-use probe_rs::rtt::{Rtt, ScanRegion, find_rtt_control_block_in_raw_file, try_attach_to_rtt};
+use probe_rs::rtt::{
+    Error as RttError, Rtt, ScanRegion, find_rtt_control_block_in_raw_file, try_attach_to_rtt,
+};
 use probe_rs::{MemoryInterface, Permissions, Session};
 
 use super::Wire;
@@ -58,11 +62,22 @@ pub enum Failure {
         /// What is wrong.
         why: String,
     },
+    /// Another image than that by whose table the log would be read.
+    #[error(
+        "the chip runs another image than {}, it differs at {address:#010x}: `cargo xtask flash` puts this one on it, `--scene` names another",
+        path.display()
+    )]
+    OtherImage {
+        /// The file.
+        path: PathBuf,
+        /// Where flash differs first.
+        address: u32,
+    },
     /// No ring buffer where the image has it.
     #[error(
         "the chip runs without this image's log: {0}; `cargo xtask flash` puts the firmware on it"
     )]
-    NoLog(probe_rs::rtt::Error),
+    NoLog(RttError),
 }
 
 /// The only one of the probes.
@@ -85,17 +100,46 @@ fn is_the_chip(identity: u32) -> std::result::Result<(), Failure> {
     }
 }
 
+/// Where memory first differs from what an image has there: the log of one image is nonsense by the table of another, and every image keeps
+/// its log at the same address.
+fn first_difference<'a, E>(
+    image: impl Iterator<Item = (u32, &'a [u8])>,
+    mut read: impl FnMut(u32, &mut [u8]) -> std::result::Result<(), E>,
+) -> std::result::Result<Option<u32>, E> {
+    for (start, wanted) in image {
+        let mut found = vec![0; wanted.len()];
+        read(start, &mut found)?;
+        if let Some(offset) = (found.iter().zip(wanted)).position(|(found, wanted)| found != wanted)
+        {
+            return Ok(Some(start + offset as u32));
+        }
+    }
+    Ok(None)
+}
+
+/// Whether the firmware has started anew since the log was last read, which sets its buffers up again.
+fn has_restarted(error: &RttError) -> bool {
+    matches!(
+        error,
+        RttError::ReadPointerChanged
+            | RttError::ControlBlockCorrupted(_)
+            | RttError::ControlBlockNotFound
+    )
+}
+
 /// An attached chip.
 pub struct Probe {
     session: Session,
     rtt: Rtt,
+    /// Address of the log's control block.
+    block: u64,
 }
 
 impl Probe {
     /// Attaches to the only probe, and to the log of the image `elf`.
     ///
     /// # Errors
-    /// [`Failure`]: no probe, another chip behind it, or no log in its memory.
+    /// [`Failure`]: no probe, another chip behind it, another image in its flash, or no log in its memory.
     pub fn attach(elf: &Path) -> std::result::Result<Self, Failure> {
         let image = |why: String| Failure::Image {
             path: elf.to_owned(),
@@ -105,6 +149,7 @@ impl Probe {
         let block = find_rtt_control_block_in_raw_file(&data)
             .map_err(|error| image(error.to_string()))?
             .ok_or_else(|| image("no log in this image".to_owned()))?;
+        let contents = Image::open(elf).map_err(|error| image(format!("{error:#}")))?;
         let probe = only(Lister::new().list_all())?;
         let probe = probe.open().map_err(Failure::Closed)?;
         let chip = |error: probe_rs::Error| Failure::NoChip(Box::new(error));
@@ -112,10 +157,19 @@ impl Probe {
         let rtt = {
             let mut core = session.core(0).map_err(chip)?;
             is_the_chip(core.read_word_32(IDENTITY).map_err(chip)?)?;
+            let read = |address: u32, bytes: &mut [u8]| core.read(u64::from(address), bytes);
+            if let Some(address) = first_difference(contents.flash(), read).map_err(chip)? {
+                let path = elf.to_owned();
+                return Err(Failure::OtherImage { path, address });
+            }
             try_attach_to_rtt(&mut core, STARTED, &ScanRegion::Exact(block))
                 .map_err(Failure::NoLog)?
         };
-        Ok(Self { session, rtt })
+        Ok(Self {
+            session,
+            rtt,
+            block,
+        })
     }
 }
 
@@ -124,7 +178,14 @@ impl Wire for Probe {
         let mut core = self.session.core(0).map_err(Error::other)?;
         let channel = self.rtt.up_channel(0);
         let channel = channel.ok_or_else(|| Error::other("the firmware has no log channel"))?;
-        channel.read(&mut core, bytes).map_err(Error::other)
+        match channel.read(&mut core, bytes) {
+            Err(error) if has_restarted(&error) => {
+                let found = try_attach_to_rtt(&mut core, STARTED, &ScanRegion::Exact(self.block));
+                self.rtt = found.map_err(Error::other)?;
+                Ok(0)
+            }
+            read => read.map_err(Error::other),
+        }
     }
 
     fn send(&mut self, bytes: &[u8]) -> Result<()> {
@@ -171,6 +232,41 @@ mod tests {
             other.contains("0x469") && other.contains("NUCLEO-G431RB"),
             "{other}"
         );
+    }
+
+    #[test]
+    fn another_image_is_told_by_the_first_byte_that_differs() {
+        const START: u32 = 0x0800_0000;
+        let flash = [1, 2, 3, 4, 5, 6, 7, 8];
+        let sections: [(u32, &[u8]); 2] = [(START, &[1, 2, 3]), (START + 4, &[5, 6, 7])];
+        let of = |flash: [u8; 8]| {
+            first_difference(sections.into_iter(), |address, bytes: &mut [u8]| {
+                let from = (address - START) as usize;
+                let held = flash.get(from..from + bytes.len()).ok_or("beyond")?;
+                bytes.copy_from_slice(held);
+                Ok::<_, &str>(())
+            })
+        };
+        assert_eq!(of(flash), Ok(None));
+        // Between the sections is nobody's.
+        assert_eq!(of([1, 2, 3, 0, 5, 6, 7, 0]), Ok(None));
+        assert_eq!(of([1, 2, 3, 4, 5, 0, 7, 8]), Ok(Some(START + 5)));
+        let path = PathBuf::from("palpate-p70");
+        let address = START + 5;
+        let told = Failure::OtherImage { path, address }.to_string();
+        assert!(
+            told.contains("palpate-p70") && told.contains("0x08000005") && told.contains("--scene"),
+            "{told}"
+        );
+    }
+
+    #[test]
+    fn a_restart_is_followed_and_a_lost_probe_is_not() {
+        assert!(has_restarted(&RttError::ReadPointerChanged));
+        assert!(has_restarted(&RttError::ControlBlockCorrupted(
+            String::new()
+        )));
+        assert!(!has_restarted(&RttError::MissingChannel(0)));
     }
 
     #[test]
