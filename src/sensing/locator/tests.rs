@@ -8,6 +8,7 @@ use crate::sensing::Cable;
 use core::marker::PhantomData;
 
 mod lost;
+mod rivals;
 
 const ONSET_RAD: f32 = 0.8;
 
