@@ -27,9 +27,8 @@ const SECANT: f64 = 0.5;
 const SECANT_ONSET: f64 = 0.1;
 /// Points before the onset.
 pub(super) const LEAD: usize = 4;
-/// Points of a curve, at least and at most.
+/// Points of a curve at least.
 const LEAST_POINTS: usize = 8;
-const MOST_POINTS: usize = 80;
 /// Share of the probing's torque up to which a curve is taken.
 pub(super) const TOP_SHARE: f64 = 0.95;
 /// Contacts that a finger cannot make are drawn again, so often.
@@ -124,7 +123,7 @@ impl Known {
         let first = (onset_rad / width_rad).floor() - LEAD as f64;
         let angle_rad = |index: usize| width_rad * (first + index as f64 + 0.5);
         let way_rad = self.probing_rad.min(self.closed_rad - onset_rad);
-        let points = ((way_rad / width_rad).max(0.0) as usize).min(MOST_POINTS);
+        let points = (way_rad / width_rad).max(0.0) as usize;
         let mut angles: Vec<f64> = (0..LEAD + points).map(angle_rad).collect();
         let torques = self.excess_nm(phalanx, &values, &angles, self.top_nm())?;
         angles.truncate(torques.len());

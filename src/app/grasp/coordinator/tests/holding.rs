@@ -29,6 +29,11 @@ fn refined(force_n: f32) -> Event {
 
 /// Closes, probes with a current of 80 mA over a free one of 20 mA, both known after a hundred samples, and holds.
 fn holding(coordinator: &mut Coordinator<P70>) {
+    holding_after(coordinator, 0.08);
+}
+
+/// The same after probing has ended with another current, ampere.
+fn holding_after(coordinator: &mut Coordinator<P70>, probed_a: f32) {
     known(coordinator);
     coordinator.command(Command::Close).expect("at rest");
     let mut status = Status {
@@ -51,8 +56,8 @@ fn holding(coordinator: &mut Coordinator<P70>) {
     }
     advance(coordinator, 0.02, Some(Notice::Touched));
     assert_eq!(coordinator.state(), State::Probe);
-    advance(coordinator, 0.08, None);
-    advance(coordinator, 0.08, Some(Notice::Settled));
+    advance(coordinator, probed_a, None);
+    advance(coordinator, probed_a, Some(Notice::Settled));
     assert_eq!(coordinator.state(), State::Hold);
     // What the motor takes while it turns counts, not what it is given to hold.
     for _ in 0..10 {
@@ -98,6 +103,23 @@ fn a_located_contact_sets_the_holding_current() {
     // Nor does what comes late of the last one count.
     coordinator.advance(1_001_000, &Status::default(), None);
     assert!(!coordinator.event(&located(0.1)));
+    assert!((held_a(&coordinator) - P70::MOTION.holding_current_a).abs() < 1e-6);
+}
+
+/// With more the finger would close on, and the force that the last word tells would not be that of the current of probing.
+#[test]
+fn before_the_last_word_a_finger_is_held_with_no_more_than_it_was_probed_with() {
+    let mut coordinator = coordinator();
+    holding_after(&mut coordinator, 0.045);
+    assert!((held_a(&coordinator) - 0.045).abs() < 1e-6);
+    let expected_a = coordinator.hold.current_a(0.5, 1.0).expect("a load");
+    assert!(!coordinator.event(&located(0.5)) && expected_a > 0.06);
+    assert!((held_a(&coordinator) - expected_a).abs() < 1e-6);
+    assert!(!coordinator.event(&located(f32::NAN)));
+    assert!((held_a(&coordinator) - P70::MOTION.holding_current_a).abs() < 1e-6);
+    // Probed with more, it is held as the scene says from the beginning.
+    let mut coordinator = super::coordinator();
+    holding(&mut coordinator);
     assert!((held_a(&coordinator) - P70::MOTION.holding_current_a).abs() < 1e-6);
 }
 
