@@ -193,7 +193,7 @@ fn what_is_wrong_is_named_and_nothing_moves_before_it_is_safe() {
             Wrong::Current(0.0, None),
             // After the offset: nothing that makes no noise is driven.
             "noise",
-            "connected to A1",
+            "A1, and nSLEEP at D4",
         ),
         (
             "sense offset too large",
@@ -205,7 +205,7 @@ fn what_is_wrong_is_named_and_nothing_moves_before_it_is_safe() {
             "sense not connected",
             Wrong::Current(0.03, None),
             "noise",
-            "connected to A1",
+            "A1, and nSLEEP at D4",
         ),
         (
             "sense wire off",
