@@ -140,9 +140,9 @@ impl fmt::Display for ExpectedRange {
     }
 }
 
-/// Of an encoder that stands still, or nearly.
-const NOT_COUNTED: &str =
-    "nothing is counted: free the finger; check the encoder's supply, A at D12, B at D11";
+/// Remedy for an encoder that stands still or jumps.
+const NOT_FOLLOWING: &str =
+    "the encoder does not follow: free the finger; check its supply, A at D12 and B at D11";
 
 /// What to look at where a step failed with this value, and perhaps a fault.
 pub fn remedy(
@@ -171,7 +171,7 @@ pub fn remedy(
         (_, Some(Fault::EncoderReversed)) => {
             "swap the motor's wires if the finger opened, the encoder's A and B if it closed"
         }
-        (_, Some(Fault::EncoderStuck | Fault::EncoderJump)) => NOT_COUNTED,
+        (_, Some(Fault::EncoderStuck | Fault::EncoderJump)) => NOT_FOLLOWING,
         (_, Some(Fault::SenseStuck)) => {
             "no current is read: check the sense wire at A1, the motor's wires, EN at D7"
         }
@@ -182,7 +182,7 @@ pub fn remedy(
         (SelfTestStep::Encoder, _) if value < -wanted.min => {
             "swap the motor's wires if the finger opened, the encoder's A and B if it closed"
         }
-        (SelfTestStep::Encoder, _) => NOT_COUNTED,
+        (SelfTestStep::Encoder, _) => NOT_FOLLOWING,
         (SelfTestStep::Travel, _) => "too stiff: free the finger and the drivetrain",
     }
 }

@@ -191,7 +191,7 @@ impl BlockAverager {
         (self.run.as_ref()).is_some_and(|run| run.speed_rad_per_s.is_some())
     }
 
-    /// Of a closing that goes on from a press on the opening stop, the way on which the cable took up the finger's load does not count.
+    /// Counts the way of a closing from the opening stop on: while the finger backs off from a press on it, the cable takes up its load.
     pub fn leave_stop(&mut self) {
         if let Some(run) = &mut self.run {
             run.start_counts = run.start_counts.max(0);

@@ -106,7 +106,11 @@ impl Image {
         Self::parse(&bytes).with_context(|| format!("{} is not a firmware image", path.display()))
     }
 
-    pub(crate) fn parse(bytes: &[u8]) -> Result<Self> {
+    /// Reads the bytes of one.
+    ///
+    /// # Errors
+    /// They are no ELF file with symbols.
+    pub fn parse(bytes: &[u8]) -> Result<Self> {
         let file = object::File::parse(bytes)?;
         let mut image = Self {
             footprint: Footprint::default(),

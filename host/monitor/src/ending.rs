@@ -8,9 +8,9 @@ use crate::stream::Event;
 const LAST_WORD_S: f64 = 0.5;
 /// A source that is as long without a word when nothing more is expected has no more to say: nobody asked for samples.
 const SILENCE: Duration = Duration::from_secs(2);
-/// A line that is older than the one before it by more comes from a firmware that has started anew, second: an interrupt may overtake one.
-const STARTED_ANEW_S: f64 = 0.1;
-/// What ends a motion then.
+/// Lines whose time falls by more than this, second, come from a firmware that has restarted. Less is not taken for that (chosen).
+const RESTARTED_S: f64 = 0.1;
+/// What is told to have ended a motion then.
 const RESTART: &str = "restart";
 
 /// Follows a recording to its end.
@@ -21,7 +21,7 @@ pub struct Ending {
     /// Somebody reads the commands: refusals are about this recording.
     asked: bool,
     first_s: Option<f64>,
-    /// The line before.
+    /// The last line that has a time.
     last_s: Option<f64>,
     /// The motion's end.
     done_s: Option<f64>,
@@ -47,15 +47,14 @@ impl Ending {
 
     /// Takes a log line.
     pub fn event(&mut self, event: &Event) {
-        let last_s = std::mem::replace(&mut self.last_s, event.time_s);
-        let went_back =
-            |last_s: f64| (event.time_s).is_some_and(|now| now < last_s - STARTED_ANEW_S);
-        if self.moving && last_s.is_some_and(went_back) {
-            // What it did then is told by the lines that follow.
+        let went_back = |last_s: f64| event.time_s.is_some_and(|now| now < last_s - RESTARTED_S);
+        if self.moving && self.last_s.is_some_and(went_back) {
+            // The lines that follow tell why.
             self.moving = false;
             self.done_s = event.time_s;
             self.fault = Some(RESTART.to_owned());
         }
+        self.last_s = event.time_s.or(self.last_s);
         match event.name.as_str() {
             "sequence done" if self.seconds.is_none() => self.done_s = event.time_s.or(self.done_s),
             // A motion that a fault ends says no `sequence done`.

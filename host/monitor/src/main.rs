@@ -300,7 +300,7 @@ fn record(options: &RecordOptions) -> Result<(), String> {
     match (ending.refused(), ending.fault()) {
         (Some(answer), _) => Err(format!("nothing moved, the firmware answered: {answer}")),
         (None, Some(fault)) => Err(format!("a fault ended the motion: {fault}")),
-        // Nobody waited for less than the whole.
+        // Nothing said that this was all.
         _ if !is_over && ending.patience().is_none() => Err(
             "the source ended before the recording was over: the file has what came before"
                 .to_owned(),

@@ -23,7 +23,7 @@ impl Lines {
     /// Takes a byte; at the end of a line, its command. `None` within a line and for empty ones.
     pub fn push(&mut self, byte: u8) -> Option<Result<Command, CommandError>> {
         if matches!(byte, BACKSPACE | DELETE) {
-            // Of a line that is dropped there is nothing to mend.
+            // An overlong line stays one: it is dropped whole.
             let _ = self.line.pop();
             self.tail >>= 8;
             return None;

@@ -275,7 +275,7 @@ impl<S: Scene> Coordinator<S> {
             _ => {}
         }
         if motion.changed == Some((State::Probe, State::Hold)) {
-            // Before the last word the finger does not close on: the force belongs to the current that it has.
+            // Until the last word: with more, the finger would close on, and the force that is told would belong to another current.
             self.sequence.limit_holding_current(status.current_a);
         }
         let directive = match motion.changed {

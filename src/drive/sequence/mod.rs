@@ -142,7 +142,7 @@ impl Sequence {
         self.motion.holding_current_a = current_a;
     }
 
-    /// Holds with no more than that from now on, ampere.
+    /// Lowers the current that holds to at most this, ampere. Takes effect with the next step.
     pub fn limit_holding_current(&mut self, current_a: f32) {
         self.motion.holding_current_a = self.motion.holding_current_a.at_most(current_a);
     }

@@ -203,7 +203,7 @@ impl Sequence {
                 (seen.stalled || wound_up).then_some(State::Open)
             }
             Some(Notice::Touched) => {
-                // A closing that stood for an instant may have been judged before.
+                // A closing that stood for an instant was judged then; the contact is not yet.
                 self.judged = false;
                 self.outcome = MotionResult::Contact;
                 Some(State::Probe)

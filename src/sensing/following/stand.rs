@@ -13,7 +13,7 @@ const STILL_US: u64 = 30_000;
 const STARTED_RAD: f32 = 1.0e-3;
 /// So long after the start there is an answer at the latest, microseconds.
 const ANSWER_US: u64 = 22_000;
-/// More than this share of the mean current is another current: the controller keeps it far closer (chosen).
+/// A sample above this many mean currents shows that the current was raised: the controller keeps it far closer (chosen).
 const RAISED: f32 = 1.1;
 /// Weight of a sample in the mean current of a motor that stands.
 const GAIN: f32 = 0.05;
@@ -62,7 +62,7 @@ impl Stand {
             .current_a
             .is_some_and(|mean_a| sample.current_a > RAISED * mean_a)
         {
-            // What starts now has been told to.
+            // The current was raised: a start that follows is not by itself.
             *self = Self::default();
         }
         let now = (sample.time_us, sample.position_counts);
@@ -101,12 +101,17 @@ mod tests {
 
     /// When a motion at 0.06 A, given by its angle at every millisecond, is told as a start, millisecond.
     fn told(angle_rad: impl Fn(f32) -> f32) -> Vec<u64> {
+        told_at(angle_rad, |_| 0.06)
+    }
+
+    /// The same with a current of every millisecond, ampere.
+    fn told_at(angle_rad: impl Fn(f32) -> f32, current_a: impl Fn(u64) -> f32) -> Vec<u64> {
         let (mut stand, drivetrain) = (Stand::default(), drivetrain());
         let samples = (0..400u64).map(|ms| Sample {
             emf_v: f32::NAN,
             time_us: 1000 * ms,
             position_counts: (angle_rad(1e-3 * ms as f32) / drivetrain.rad_per_count) as i32,
-            current_a: 0.06,
+            current_a: current_a(ms),
             drive: Drive::Idle,
             joint: (),
         });
@@ -159,21 +164,8 @@ mod tests {
     #[test]
     fn a_start_by_more_current_is_not_of_its_own() {
         let start = |raised_a: f32| {
-            let (mut stand, drivetrain) = (Stand::default(), drivetrain());
-            let samples = (0..400u64).map(|ms| {
-                let angle_rad = 0.4 + 0.2 * (1e-3 * ms as f32 - 0.2).clamp(0.0, 0.02);
-                Sample {
-                    emf_v: f32::NAN,
-                    time_us: 1000 * ms,
-                    position_counts: (angle_rad / drivetrain.rad_per_count) as i32,
-                    current_a: if ms < 200 { 0.06 } else { raised_a },
-                    drive: Drive::Idle,
-                    joint: (),
-                }
-            });
-            samples
-                .filter(|sample| stand.push(sample, &drivetrain))
-                .count()
+            let angle_rad = |s: f32| 0.4 + 0.2 * (s - 0.2).clamp(0.0, 0.02);
+            told_at(angle_rad, |ms| if ms < 200 { 0.06 } else { raised_a }).len()
         };
         assert_eq!(start(0.098), 0);
         assert_eq!(start(0.062), 1, "the controller's own ripple");

@@ -92,7 +92,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
                 }
             }
         }
-        // The likeliest of all, or of those beyond phalanx 1 without one.
+        // The likeliest of all, or beside one of those beyond phalanx 1.
         let likeliest = |but: Option<&Weighed>| {
             (weighed.iter())
                 .filter(|of| {
@@ -328,28 +328,13 @@ mod tests {
     use super::*;
     use crate::scene::{Scene, Tendon3};
     use crate::sensing::Cable;
+    use crate::sensing::locator::tests::{prior, track};
 
     /// Place and deviation, in lengths of the phalanx, that a likeliest place and its deviation are told as.
     fn told(place: f32, sigma: f32) -> [f32; 2] {
         const LENGTH_M: f32 = 0.05;
-        let mut x = [0.0; UNKNOWNS];
-        x[K] = place;
-        let fitted = Fitted {
-            x,
-            k_sigma_m: sigma * LENGTH_M,
-            give: [0.0; 2],
-            ln_evidence: 0.0,
-            chi_square: 1.0,
-            leaves: false,
-        };
-        let track = Track {
-            phalanx: 3,
-            length_m: LENGTH_M,
-            candidate: place,
-            side: [0.0, 1.0],
-            fits: [Some(fitted), None, None, None, None, None],
-        };
-        let prior = crate::sensing::locator::tests::prior();
+        let track = track(3, LENGTH_M, [place, sigma], 0.0);
+        let prior = prior();
         let weighed = track.weigh::<<Tendon3 as Scene>::Finger, Cable>(&prior, 1.0);
         let Estimate { k_m, k_sigma_m, .. } = weighed.expect("a fit").estimate;
         [k_m / LENGTH_M, k_sigma_m / LENGTH_M]

@@ -1,6 +1,6 @@
 //! Whether the rounds find the minimum: fits from everywhere on the phalanx as oracle.
 
-use super::fit::Hypothesis;
+use super::fit::{Fitted, Hypothesis};
 use super::prior::{CABLE, FACTOR, FRICTION, JOINT, K, ONSET, UNKNOWNS};
 use super::*;
 use crate::scene::{P70, Scene};
@@ -51,6 +51,32 @@ pub(super) fn prior_of<X: SeriesElement>() -> Prior<X> {
             worm_error_rad: 0.0,
         },
         series: PhantomData,
+    }
+}
+
+/// A hypothesis with one fit: its place and deviation in lengths of the phalanx.
+pub(super) fn track(
+    phalanx: u8,
+    length_m: f32,
+    [place, sigma]: [f32; 2],
+    ln_evidence: f32,
+) -> Track {
+    let mut x = [0.0; UNKNOWNS];
+    x[K] = place;
+    let fitted = Fitted {
+        x,
+        k_sigma_m: sigma * length_m,
+        give: [0.0; 2],
+        ln_evidence,
+        chi_square: 1.0,
+        leaves: false,
+    };
+    Track {
+        phalanx,
+        length_m,
+        candidate: place,
+        side: [0.0, 1.0],
+        fits: [Some(fitted), None, None, None, None, None],
     }
 }
 

@@ -21,10 +21,10 @@ const CARRIED: f32 = 0.85;
 /// Standard deviation of the way on which an object takes it over, as a share of the way: the slope of the torque's rise
 /// tells it, and rises have a curvature (R, chosen).
 const HIDDEN_SIGMA: f32 = 0.5;
-/// Fall of the torque, deviations of a block, from which on it shows where it began (chosen: of less, the blocks before it tell the level
-/// better).
+/// A fall of the motor's torque by more, in deviations of a block, tells the onset (chosen: with less the blocks before it are worth more,
+/// for the level).
 const SHOWN_SIGMAS: f32 = 12.0;
-/// A block that has fallen by less than this share of that is one before it.
+/// A block whose torque has fallen by less than this share of that lies before the onset (chosen).
 const BEGUN: f32 = 0.25;
 /// Least share of the rise's slope by which the contact gains on the free finger (chosen).
 const LEAST_GAIN: f32 = 0.3;
@@ -82,9 +82,9 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     }
 
     /// The onset of a contact that took over the weight that closes the finger before its torque rose: on the way on which the contact
-    /// gains on the free finger what that lacks to zero where the rise begins. A fall of the torque that shows in the history tells better
-    /// where it began; the history then begins where the torque was lowest, and it counts from there, because what the motor takes
-    /// before is not the contact's path.
+    /// gains on the free finger what that lacks to zero where the rise begins. Where the motor's torque has fallen far, the beginning of
+    /// that fall is the onset, and the history is cut before its lowest block, whose torque is the new level: what the motor takes during
+    /// the fall is no point of the contact's path.
     pub(super) fn before_weight(
         &self,
         mut onset: Onset,

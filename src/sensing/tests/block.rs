@@ -104,26 +104,31 @@ fn nothing_of_a_start_a_reversal_or_the_dead_band_becomes_a_block() {
 fn the_way_on_which_a_stop_is_left_does_not_count() {
     let first_rad = |leave: bool| {
         let mut averager = BlockAverager::default();
-        let start = -(0.05 / drivetrain().rad_per_count) as i32;
-        let mut found = None;
-        for i in 0..2000 {
-            let counts = start + 30 * i;
-            let sample = Sample {
-                emf_v: f32::NAN,
-                time_us: 1000 * i as u64,
-                position_counts: counts,
-                current_a: 0.02,
-                drive: Drive::Closing,
-                joint: (),
-            };
-            if leave && (0..30).contains(&counts) {
-                averager.leave_stop();
-            }
-            if let BlockUpdate::Block(block) = averager.push(&sample, &drivetrain(), &settings()) {
-                found = found.or(Some(block.counts));
-            }
+        let start_counts = -(0.05 / drivetrain().rad_per_count) as i32;
+        let back_ms = start_counts.unsigned_abs() / 30;
+        let current = |_: i32| 0.02;
+        let mut found = blocks(
+            &mut averager,
+            (0, start_counts),
+            u64::from(back_ms),
+            Drive::Closing,
+            current,
+        );
+        if leave {
+            averager.leave_stop();
         }
-        found.expect("blocks") as f32 * drivetrain().rad_per_count
+        let stop = (
+            1000 * u64::from(back_ms),
+            start_counts + 30 * back_ms as i32,
+        );
+        found.append(&mut blocks(
+            &mut averager,
+            stop,
+            2000,
+            Drive::Closing,
+            current,
+        ));
+        found.first().expect("blocks").counts as f32 * drivetrain().rad_per_count
     };
     let settle_rad = settings().settle_rad;
     assert!((settle_rad - 0.05..settle_rad).contains(&first_rad(false)));

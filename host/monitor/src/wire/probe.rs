@@ -1,7 +1,7 @@
 //! A debug probe, by probe-rs as a library: the same RTT channels that `probe-rs run` reads, without a program between.
 //!
-//! It attaches to the firmware that runs. It does not reset it, but to attach probe-rs halts the core for some milliseconds; a motor that turns
-//! meanwhile ends in `encoder-jump`. A reset of the chip is followed.
+//! It attaches to the firmware that runs, does not reset it, and goes on after a reset of the chip. To attach, probe-rs halts the core for
+//! some milliseconds, in which a motor that turns ends in the fault `encoder-jump`.
 
 use std::fmt::Display;
 use std::io::{Error, Result};
@@ -100,8 +100,8 @@ fn is_the_chip(identity: u32) -> std::result::Result<(), Failure> {
     }
 }
 
-/// Where memory first differs from what an image has there: the log of one image is nonsense by the table of another, and every image keeps
-/// its log at the same address.
+/// Finds where memory first differs from what an image has there. Every image keeps its log at the same address, and the table of one image
+/// makes nonsense of the log of another.
 fn first_difference<'a, E>(
     image: impl Iterator<Item = (u32, &'a [u8])>,
     mut read: impl FnMut(u32, &mut [u8]) -> std::result::Result<(), E>,
@@ -121,9 +121,7 @@ fn first_difference<'a, E>(
 fn has_restarted(error: &RttError) -> bool {
     matches!(
         error,
-        RttError::ReadPointerChanged
-            | RttError::ControlBlockCorrupted(_)
-            | RttError::ControlBlockNotFound
+        RttError::ReadPointerChanged | RttError::ControlBlockCorrupted(_)
     )
 }
 
@@ -149,7 +147,7 @@ impl Probe {
         let block = find_rtt_control_block_in_raw_file(&data)
             .map_err(|error| image(error.to_string()))?
             .ok_or_else(|| image("no log in this image".to_owned()))?;
-        let contents = Image::open(elf).map_err(|error| image(format!("{error:#}")))?;
+        let contents = Image::parse(&data).map_err(|error| image(format!("{error:#}")))?;
         let probe = only(Lister::new().list_all())?;
         let probe = probe.open().map_err(Failure::Closed)?;
         let chip = |error: probe_rs::Error| Failure::NoChip(Box::new(error));

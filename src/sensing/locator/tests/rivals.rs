@@ -3,7 +3,6 @@
 use super::*;
 use crate::scene::Tendon3;
 use crate::sensing::NotLocated;
-use crate::sensing::locator::fit::Fitted;
 
 /// The verdict on hypotheses, each a phalanx, a place in its lengths and odds against the others.
 fn verdict(hypotheses: &[(u8, f32, f32)]) -> LocatorResult {
@@ -13,24 +12,13 @@ fn verdict(hypotheses: &[(u8, f32, f32)]) -> LocatorResult {
         ..Locator::default()
     };
     for &(phalanx, place, odds) in hypotheses {
-        let mut x = [0.0; UNKNOWNS];
-        x[K] = place;
-        let fitted = Fitted {
-            x,
-            k_sigma_m: 0.02 * LENGTH_M,
-            give: [0.0; 2],
-            // The prior of the radius takes a share of a hypothesis that has a place.
-            ln_evidence: odds.ln() + if phalanx > 1 { 6.0f32.ln() } else { 0.0 },
-            chi_square: 20.0,
-            leaves: false,
+        // The prior of the radius takes a share of a hypothesis that has a place.
+        let shares = if phalanx > 1 {
+            RADII_M.len() as f32
+        } else {
+            1.0
         };
-        let track = Track {
-            phalanx,
-            length_m: LENGTH_M,
-            candidate: place,
-            side: [0.0, 1.0],
-            fits: [Some(fitted), None, None, None, None, None],
-        };
+        let track = track(phalanx, LENGTH_M, [place, 0.02], (odds * shares).ln());
         locator.tracks.push(track).expect("room");
     }
     locator.verdict(&prior())
