@@ -229,6 +229,7 @@ fn drivetrain(scene: &Scene) -> String {
         inertia_sigma: {},
         viscous_nm_s_per_rad: {},
         efficiency_per_speed: {},
+        weight_share: {},
         backlash_rad: {},
     }};\n",
         literal(rad_per_count),
@@ -247,6 +248,7 @@ fn drivetrain(scene: &Scene) -> String {
         of("sensing.inertia_sigma"),
         literal(viscous),
         of("worm.efficiency_per_speed"),
+        literal(0.5 * scene.number("gearhead.efficiency")),
         literal(backlash * rad_per_count),
     )
 }

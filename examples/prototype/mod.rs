@@ -65,6 +65,7 @@ pub fn drivetrain(finger: &Prototype) -> Drivetrain {
         inertia_sigma: 0.115,
         viscous_nm_s_per_rad: 2.3e-8 * reduction * reduction,
         efficiency_per_speed: 0.07,
+        weight_share: 0.36,
         backlash_rad: 1456.0 * rad_per_count,
     }
 }

@@ -44,8 +44,8 @@ pub fn ignored() -> u32 {
 
 /// The next line.
 #[cfg(not(feature = "serial-log"))]
-pub async fn next(_port: &mut BufferedUartTx<'static>) -> Parsed {
-    LINES.receive().await
+pub fn next(_port: &mut BufferedUartTx<'static>) -> impl Future<Output = Parsed> {
+    LINES.receive()
 }
 
 /// The next line. Until it comes, the log goes out over the serial port, a buffer at a time, so that a command does not wait

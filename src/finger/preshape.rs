@@ -14,6 +14,8 @@ const STRIDE_RAD: f32 = 0.25;
 const SETTLED_SHARE: f32 = 3e-7;
 /// A step this small may be rounding, if it no longer shrinks.
 const NOISE_SHARE: f32 = 3e-5;
+/// Rounds in which a weight bends the finger: each leaves a third of what the one before it did of a bend of 0.3 rad.
+const BENDING_ROUNDS: u8 = 5;
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// H = K - T_a W - dg/dtheta, the stiffness seen by the joints (docs/MECHANICS.md#transmission, docs/FINGERS.md#weight).
@@ -114,11 +116,13 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         None
     }
 
-    /// Posture and torque of the free finger at an input angle (6); see [`super::Mechanics::free_at_angle`].
+    /// Posture and torque of the free finger at an input angle (6) with a share of the torque lost on the way to the joints beyond the
+    /// first; see [`super::Mechanics::free_at_angle`] and [`super::Mechanics::closing_at_angle`].
     pub(crate) fn follow_angle(
         &self,
         theta_a_rad: f32,
         near: &Configuration<N>,
+        loss: f32,
     ) -> Option<Free<Configuration<N>>> {
         if self.stands_at_stops() {
             let mut rad = self.rest.rad();
@@ -136,8 +140,9 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let mut torque_nm = self.torque_held(&at)?;
         for _ in 0..STEPS {
             let gear = self.transmission.factors(&at)?;
-            let tau = self.equivalent_torques_nm(&gear, &at, torque_nm)?;
-            let [change, per_torque] = self.response(&at, &gear, torque_nm, tau)?;
+            let arriving = arriving(&gear, torque_nm, loss);
+            let tau = self.equivalent_torques_nm(&arriving, &at, torque_nm)?;
+            let [change, per_torque] = self.response(&at, &arriving, torque_nm, tau)?;
             let missing = theta_a_rad - self.transmission.rotation_rad(&at);
             let compliance = dot(&gear.x, &per_torque);
             let more_nm = (missing - dot(&gear.x, &change)) / compliance;
@@ -170,8 +175,9 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         &self,
         theta_a_rad: f32,
         near: &Configuration<N>,
+        loss: f32,
     ) -> Option<Free<Configuration<N>>> {
-        let free = self.follow_angle(theta_a_rad, near)?;
+        let free = self.follow_angle(theta_a_rad, near, loss)?;
         let torque_nm = match self.base.weight() {
             Some(weight) if self.stands_at_stops() => {
                 free.torque_nm - weight.borne(&free.configuration)[0].across
@@ -191,28 +197,31 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         if !self.springless() {
             return None;
         }
-        let gear = self.transmission.factors(&free.configuration)?;
         let parameters = &self.parameters;
         let length_m: f32 = parameters.lengths_m.iter().sum();
-        let (mut rad, mut first_nm) = (free.configuration.rad(), 0.0);
-        let mut beyond_m = length_m;
-        for i in 1..N {
-            beyond_m -= parameters.lengths_m[i - 1];
-            // Of the weight's torque about joint 1, what acts about this joint.
-            let share = beyond_m / length_m;
-            let turning_nm = (gear.x[i] - share * share) * torque_nm;
-            let (low, from) = (parameters.range_rad[i][0], rad[i]);
-            let stiffness = parameters.stiffness_nm_per_rad[i];
-            let held_nm = preload_nm - turning_nm;
-            rad[i] = (from - held_nm / stiffness).at_least(low);
-            rad[0] -= gear.x[i] * (rad[i] - from);
-            // Away from its stop the joint turns at once.
-            if i == 1 && from <= low {
-                first_nm = held_nm;
+        let from = free.configuration.rad();
+        let (mut at, mut first_nm) = (free.configuration, 0.0);
+        for round in 0..BENDING_ROUNDS {
+            let gear = self.transmission.factors(&at)?;
+            let (mut rad, mut beyond_m) = (from, length_m);
+            for i in 1..N {
+                beyond_m -= parameters.lengths_m[i - 1];
+                // Of the weight's torque about joint 1, what acts about this joint.
+                let share = beyond_m / length_m;
+                let turning_nm = (gear.x[i] - share * share) * torque_nm;
+                let low = parameters.range_rad[i][0];
+                let held_nm = preload_nm - turning_nm;
+                rad[i] = (from[i] - held_nm / parameters.stiffness_nm_per_rad[i]).at_least(low);
+                rad[0] -= gear.x[i] * (rad[i] - from[i]);
+                // Away from its stop the joint turns at once.
+                if round == 0 && i == 1 && from[i] <= low {
+                    first_nm = held_nm;
+                }
             }
+            at = Configuration::of(rad)?;
         }
         let weighed = Free {
-            configuration: Configuration::of(rad)?,
+            configuration: at,
             torque_nm,
         };
         Some((weighed, first_nm))
@@ -235,7 +244,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let (mut at, mut before) = (self.rest, f32::INFINITY);
         let low = *self.rest.rad().first()?;
         for _ in 0..STEPS {
-            let free = self.free_under_weight(self.transmission.rotation_rad(&at), &at)?;
+            let free = self.free_under_weight(self.transmission.rotation_rad(&at), &at, 0.0)?;
             let change = (torque_nm - free.torque_nm) * self.free(&at, torque_nm)?;
             let mut rad = at.rad();
             let turned = rad.first_mut()?;
@@ -266,7 +275,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let mut from_nm = 0.0;
         if B::WEIGHS {
             let rest_rad = self.transmission.rotation_rad(&self.rest);
-            from_nm = self.free_under_weight(rest_rad, &self.rest)?.torque_nm;
+            from_nm = self.free_under_weight(rest_rad, &self.rest, 0.0)?.torque_nm;
             if let Some(cable) = self.base.return_cable() {
                 // The stop bears the preload there.
                 from_nm -= cable.torque_nm;
@@ -333,6 +342,25 @@ fn stride<const N: usize>(
     Some((Configuration::of(rad)?, largest, share))
 }
 
+/// What of an input torque arrives at the joints of a finger that closes: less by the share that is lost on the way to those beyond the
+/// first (docs/SENSING.md#losses-on-pulleys). Beside a torque that holds the finger back the pulleys hold it back as well.
+fn arriving<const N: usize>(
+    gear: &TransmissionFactors<N>,
+    torque_nm: f32,
+    loss: f32,
+) -> TransmissionFactors<N> {
+    let share = if torque_nm < 0.0 {
+        1.0 + loss
+    } else {
+        1.0 - loss
+    };
+    let mut arriving = *gear;
+    for x in arriving.x.iter_mut().skip(1) {
+        *x *= share;
+    }
+    arriving
+}
+
 #[cfg(all(test, feature = "firmware"))]
 mod tests {
     use crate::finger::{Mechanics, Transmission};
@@ -351,11 +379,14 @@ mod tests {
         for torque_nm in [0.004f32, 0.012] {
             let (bent, held_nm) = finger.weighed(&free, torque_nm, PRELOAD_NM).unwrap();
             let joint_rad = finger.joint_rad(&bent.configuration, 2).unwrap();
-            let gear = finger.transmission.factors(&free.configuration).unwrap();
-            let turning_nm = (gear.x[1] - share) * torque_nm - PRELOAD_NM;
-            let left_nm = turning_nm - stiffness * joint_rad;
+            // Where it is bent the spring balances it; where it is not, a stop would have to.
+            let [bent_nm, stopped_nm] = [&bent, &free].map(|at| {
+                let gear = finger.transmission.factors(&at.configuration).unwrap();
+                (gear.x[1] - share) * torque_nm - PRELOAD_NM
+            });
+            let left_nm = bent_nm - stiffness * joint_rad;
             assert!(
-                left_nm.abs() < 1e-7 && (held_nm + turning_nm).abs() < 1e-7,
+                left_nm.abs() < 1e-7 && (held_nm + stopped_nm).abs() < 1e-7,
                 "{left_nm} {held_nm}"
             );
             assert_eq!(bent.torque_nm, torque_nm);

@@ -192,8 +192,10 @@ impl Calibration {
         if self.contacts == 0 {
             return;
         }
-        self.torque_factor *= 1.0 + share;
-        self.cable_rad_per_nm *= 1.0 + share;
+        // There and back again it is what it was.
+        let other = (1.0 + 0.5 * share) / (1.0 - 0.5 * share);
+        self.torque_factor *= other;
+        self.cable_rad_per_nm *= other;
         let doubt = SPEED_DOUBT * share.abs();
         self.widen_to(self.torque_factor_sigma + doubt);
         self.cable_sigma_rad_per_nm += doubt * self.cable_rad_per_nm;

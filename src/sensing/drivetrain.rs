@@ -37,6 +37,9 @@ pub struct Drivetrain {
     pub viscous_nm_s_per_rad: f32,
     /// Change of the efficiency, as a share of it, per share of speed: a worm's friction falls with its speed.
     pub efficiency_per_speed: f32,
+    /// Torque of the finger's weight over the difference between closing and opening: half of it, because a worm's friction
+    /// cancels, less what the other gears lose (docs/SENSING.md#gravity).
+    pub weight_share: f32,
     /// Dead band after a reversal, at the input link, radian, >= 0.
     pub backlash_rad: f32,
 }

@@ -129,7 +129,7 @@ verbs! {
     Calibrate "calibrate" "MM | cable | forget",
         "press on a pin, or on the closing stop";
     Close "close" "", "close until contact, probe, hold";
-    Open "open" "", "open to the stop";
+    Open "open" "", "open to rest";
     Stop "stop" "", "bridge off at once, in any state";
     Clear "clear" "", "clear a fault whose cause is gone";
     Show "show" "", "print the settings";

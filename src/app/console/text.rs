@@ -61,7 +61,7 @@ impl Display for Whole {
 fn write_digits(f: &mut fmt::Formatter<'_>, number: u32, one: u32) -> fmt::Result {
     // From the first digit on; its place is not above the number, or is that of a zero before the point, and does not overflow.
     let mut place = one;
-    while number / place >= 10 {
+    while number / 10 >= place {
         place *= 10;
     }
     while place > 0 {

@@ -74,7 +74,8 @@ pub struct Sequence {
     clearing: bool,
     /// The closing is over: opening now ends the motion.
     returning: bool,
-    /// A fault was cleared and nothing homed since: the finger may be pressed on something. Homing of a finger that stands free
+    /// A fault was cleared, or a closing ended where it was, and nothing homed since: the finger may be pressed on something. Homing
+    /// of a finger that stands free
     /// starts gently, because what it starts with shifts the stop that it finds by some milliradians.
     unsure: bool,
     /// Sensing has said its last word on the contact of this closing.
@@ -142,9 +143,11 @@ impl Sequence {
         self.motion.holding_current_a = current_a;
     }
 
-    /// Lowers the current that holds to at most this, ampere. Takes effect with the next step.
+    /// Lowers the current that holds to at most this, ampere, while the contact is not judged. Takes effect with the next step.
     pub fn limit_holding_current(&mut self, current_a: f32) {
-        self.motion.holding_current_a = self.motion.holding_current_a.at_most(current_a);
+        if !self.judged {
+            self.motion.holding_current_a = self.motion.holding_current_a.at_most(current_a);
+        }
     }
 
     /// There is a friction record.
@@ -245,6 +248,8 @@ impl Sequence {
     /// Enters a state; a step that is not in the table is a fault of its own.
     fn enter(&mut self, next: State, now_us: u32, status: &Status) {
         let legal = self.state.may_become(next);
+        let pressed = matches!(self.state, State::Close | State::Probe | State::Hold);
+        self.unsure |= pressed && next == State::Idle;
         self.state = if legal { next } else { State::Fault };
         if !legal {
             self.latched = Some(Fault::IllegalTransition);

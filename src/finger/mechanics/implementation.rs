@@ -52,7 +52,15 @@ where
         theta_a_rad: f32,
         near: &Self::Configuration,
     ) -> Option<Free<Self::Configuration>> {
-        self.free_under_weight(theta_a_rad, near)
+        self.free_under_weight(theta_a_rad, near, 0.0)
+    }
+
+    fn closing_at_angle(
+        &self,
+        theta_a_rad: f32,
+        near: &Self::Configuration,
+    ) -> Option<Free<Self::Configuration>> {
+        self.free_under_weight(theta_a_rad, near, T::JOINT_LOSS[0])
     }
 
     fn free_at_torque(
@@ -130,8 +138,8 @@ where
         self.start(at, torque_nm, contact)
     }
 
-    fn load(&self, path: &mut Self::Path, weight: [f32; 2]) {
-        self.weigh(path, weight);
+    fn load(&self, path: &mut Self::Path, weight: [f32; 2], held_nm: f32) {
+        self.weigh(path, weight, held_nm);
     }
 
     fn soften(&self, path: &mut Self::Path, compliance_m_per_n: f32) -> Option<()> {

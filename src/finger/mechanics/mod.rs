@@ -151,6 +151,13 @@ pub trait Mechanics {
         near: &Self::Configuration,
     ) -> Option<Free<Self::Configuration>>;
 
+    /// The same of a finger that closes, with what is expected to be lost on the way to the joints ([`Self::JOINT_LOSS`]).
+    fn closing_at_angle(
+        &self,
+        theta_a_rad: f32,
+        near: &Self::Configuration,
+    ) -> Option<Free<Self::Configuration>>;
+
     /// Posture of the free finger at an input torque (6). Without a spring at joint 1 only torque 0 has one, and joint
     /// 1 stays where `near` has it. A return cable holds the finger at rest up to a torque.
     fn free_at_torque(
@@ -228,8 +235,9 @@ pub trait Mechanics {
 
     /// Makes the finger's weight act along a path that has just begun (docs/SENSING.md#gravity). `weight` is the torque with
     /// which the input link held the weight at contact, newton metre, and the derivative of that torque by the input angle, newton
-    /// metre per radian. Assumes even mass and phalanges in line at contact, as [`Mechanics::weighed`] does.
-    fn load(&self, path: &mut Self::Path, weight: [f32; 2]);
+    /// metre per radian; `held_nm`, from 0, what it presses the joints beyond the first on their stops with, newton metre. Assumes
+    /// even mass and phalanges in line at contact, as [`Mechanics::weighed`] does.
+    fn load(&self, path: &mut Self::Path, weight: [f32; 2], held_nm: f32);
 
     /// Makes the object give way along a path that has just begun, across the phalanx, by a compliance from 0, metre per newton
     /// (docs/MECHANICS.md#soft-objects). Before [`Mechanics::rub`]. Not for a finger that a preload holds at its stops. None where

@@ -9,9 +9,16 @@ const HELD_SHARE: f32 = 0.99;
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// See [`crate::finger::Mechanics::load`].
-    pub(crate) fn weigh(&self, path: &mut Path<N, B>, [weight_nm, per_rad]: [f32; 2]) {
-        let double = 2.0 / path.start.stiffness_scale;
-        path.start.weight = [double * per_rad, -double * weight_nm];
+    pub(crate) fn weigh(
+        &self,
+        path: &mut Path<N, B>,
+        [weight_nm, per_rad]: [f32; 2],
+        held_nm: f32,
+    ) {
+        let start = &mut path.start;
+        let double = 2.0 / start.stiffness_scale;
+        start.weight = [double * per_rad, -double * weight_nm];
+        start.held += held_nm / start.stiffness_scale;
     }
 
     /// See [`crate::finger::Mechanics::soften`].
@@ -32,7 +39,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
                 if last.tangent.delta[m] < 0.0 {
                     start.taken[m] = -loss;
                     if !B::HOLDS {
-                        start.back[m] = 2.0 * start.torque;
+                        start.back[m] = 2.0 * start.torque.at_least(0.0);
                     }
                 }
             }

@@ -209,6 +209,9 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
             }
             let sprung = weight[m][0] - self.stiffness[m] * at.delta[m];
             torques[m] = driven + sprung - at.force * pressing[m];
+            if m > 0 {
+                torques[m] -= self.held;
+            }
         }
         if let Some(cable) = self.base.return_cable() {
             // The stiffness scale is the cable's; the transmission factors do not change.
@@ -223,11 +226,6 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
                 for q in 0..N {
                     stiffness[m][q] += lever[m] * lever[q];
                 }
-            }
-        }
-        if let Some(preload_nm) = self.base.preload_nm() {
-            for held in torques.iter_mut().skip(1) {
-                *held -= preload_nm / self.stiffness_scale;
             }
         }
         Some(Linearization {

@@ -110,6 +110,8 @@ struct Start<const N: usize, B> {
     /// The finger's weight, along phalanx 1 at contact and across it: twice the torque that it has about joint 1 while the phalanges
     /// are in line, over the stiffness scale.
     weight: [f32; 2],
+    /// Torque that holds the joints beyond the first at their stops, over the stiffness scale.
+    held: f32,
     /// Coefficient of contact friction.
     friction: f32,
     /// Compliance of the object.
@@ -176,6 +178,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
                 .map(|k| k / stiffness_scale),
             radius: radius_m / length_scale,
             weight: [0.0; 2],
+            held: (self.base.preload_nm()).map_or(0.0, |preload_nm| preload_nm / stiffness_scale),
             friction: 0.0,
             give: 0.0,
             half_thickness: 0.0,

@@ -151,12 +151,21 @@ fn check<const N: usize, T: Transmission<N>, B: BaseJoint>(
         radius_m: 0.0,
     };
     for contact_nm in [0.0, 0.02] {
-        for (weight_nm, per_rad) in [(0.012, -0.006), (-0.015, 0.01), (0.0, 0.02)] {
+        for (weight_nm, per_rad, held_nm) in [
+            (0.012, -0.006, 0.0),
+            (-0.015, 0.01, 0.0),
+            (-0.015, 0.01, 0.001),
+            (0.0, 0.02, 0.0),
+        ] {
             let scale = 2.0 / (length_m * length_m);
             let per_m = [scale * per_rad, -scale * weight_nm];
             let mut path =
                 Mechanics::path(finger, &at, contact_nm as f32, contact).expect("presses");
-            finger.load(&mut path, [weight_nm as f32, per_rad as f32]);
+            finger.load(
+                &mut path,
+                [weight_nm as f32, per_rad as f32],
+                held_nm as f32,
+            );
             for rise_nm in [0.02, 0.05] {
                 let point = finger.follow(&mut path, rise_nm as f32).expect("stays");
                 let delta: [f64; N] = std::array::from_fn(|joint| point.joints_rad[joint].into());
@@ -171,7 +180,9 @@ fn check<const N: usize, T: Transmission<N>, B: BaseJoint>(
                         x_now[joint] * (contact_nm + rise_nm) - x_before[joint] * contact_nm;
                     let stiffness = f64::from(finger.parameters.stiffness_nm_per_rad[joint]);
                     let weighed = after[joint] - before[joint];
+                    let held = if joint > 0 { held_nm } else { 0.0 };
                     let left = driven - stiffness * delta[joint] + weighed
+                        - held
                         - f64::from(point.force_n) * p[joint];
                     assert!(
                         left.abs() < 1e-5 + 1e-3 * driven.abs(),
@@ -203,7 +214,7 @@ fn compliance_under_weight_is_the_slope() {
     for weight in [[0.012, -0.006], [-0.015, 0.01]] {
         let follow = |rise_nm: f32| {
             let mut path = Mechanics::path(&finger, &at, 0.0, contact).expect("presses");
-            finger.load(&mut path, weight);
+            finger.load(&mut path, weight, 0.0);
             finger.follow(&mut path, rise_nm).expect("stays")
         };
         for rise_nm in [0.05, 0.15] {

@@ -310,8 +310,7 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
             let torque_nm = factor * closing.excess_nm + closing.free_nm;
             sensor.finger().held_forces(held, torque_nm)
         });
-        let scale = sensor.settings().force_scale;
-        let springs = scale.unwrap_or_else(|| springs(sensor.calibration())[0]);
+        let [springs, _] = springs(sensor.calibration(), sensor.settings().force_scale);
         let over = Followed::Grasp {
             grip: closing.grip,
             torque_nm: closing.excess_nm,

@@ -118,10 +118,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         };
         let beside = force_at(inward, stride).or_else(|| force_at(-inward, stride));
         let moved_n = beside.map_or(0.0, |(other, _)| other.force_n - force_n);
-        let [springs, sigma] = prior.force_scale.map_or_else(
-            || springs(&prior.calibration),
-            |scale| [scale, MEASURED * scale],
-        );
+        let [springs, sigma] = springs(&prior.calibration, prior.force_scale);
         let spring_n = sigma * force_n;
         let path_n2 = moved_n * moved_n + along.sigma_n * along.sigma_n;
         let sigma_n = sqrt(path_n2 * springs * springs + spring_n * spring_n);
@@ -142,10 +139,13 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
     }
 }
 
-/// The springs' stiffness over the scene's, estimated from the torque factor f that pins have told, with the standard deviation of a force
-/// by it: a force with the scene's springs is in proportion to f, with the estimated ones to the power of f that is not theirs. Without
-/// pins f tells of the motor alone.
-pub(in crate::sensing) fn springs(calibration: &Calibration) -> [f32; 2] {
+/// The springs' stiffness over the scene's with the standard deviation of a force by it: what a user has measured, or estimated from the
+/// torque factor f that pins have told. A force with the scene's springs is in proportion to f, with the estimated ones to the power of f
+/// that is not theirs. Without pins f tells of the motor alone.
+pub(in crate::sensing) fn springs(calibration: &Calibration, measured: Option<f32>) -> [f32; 2] {
+    if let Some(scale) = measured {
+        return [scale, MEASURED * scale];
+    }
     let mean = if calibration.contacts > 0 {
         exp(-SPRING_SHARE * ln(calibration.torque_factor))
     } else {

@@ -106,7 +106,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         let path = match contact {
             Some(contact) => {
                 let mut path = finger.path(at, onset.torque_nm, contact)?;
-                finger.load(&mut path, prior.weight);
+                finger.load(&mut path, prior.weight, prior.held_nm);
                 if X::OBJECT_GIVES {
                     finger.soften(&mut path, values[GIVE])?;
                 }
@@ -220,8 +220,8 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
                     self.last = last;
                     self.last_torque_nm = torque_nm;
                 }
-                // The contact has slid to the tip: the curve is continued with its last slope.
-                None if self.last_torque_nm > 0.0 => self.ended = true,
+                // The contact has slid to the tip: the curve is continued with its last slope. One whose joints have not turned has none.
+                None if self.last.rotation_rad > 0.0 => self.ended = true,
                 None => return None,
             }
         }

@@ -32,7 +32,7 @@ pub fn free_behind_cable<F: Mechanics, X: SeriesElement>(
     calibration: &Calibration,
     near: &F::Configuration,
 ) -> Option<Free<F::Configuration>> {
-    let mut free = finger.free_at_angle(measured_rad, near)?;
+    let mut free = finger.closing_at_angle(measured_rad, near)?;
     if !X::FLEXIBLE {
         return Some(free);
     }
@@ -43,7 +43,7 @@ pub fn free_behind_cable<F: Mechanics, X: SeriesElement>(
             break;
         }
         let angle_rad = measured_rad - twist_rad_per_nm * free.torque_nm;
-        free = finger.free_at_angle(angle_rad, &free.configuration)?;
+        free = finger.closing_at_angle(angle_rad, &free.configuration)?;
     }
     Some(free)
 }

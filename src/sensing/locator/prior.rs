@@ -112,6 +112,8 @@ pub struct Prior<X: SeriesElement> {
     /// Torque with which the input link holds the finger's weight, newton metre, and its derivative by the angle, newton metre
     /// per radian; 0 with a spring at joint 1.
     pub weight: [f32; 2],
+    /// Torque with which that weight presses joint 2 on its stop, newton metre: the path has it, and `joint_nm` what is there besides.
+    pub held_nm: f32,
     /// Forces over those that the scene's springs would have, where it is known.
     pub force_scale: Option<f32>,
     /// Torque with which springs hold the joints beyond the first at their stops without that weight, newton metre.

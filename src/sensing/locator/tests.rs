@@ -24,6 +24,7 @@ pub(super) fn prior_of<X: SeriesElement>() -> Prior<X> {
         joint_nm: [0.2e-3, 0.4e-3],
         onset_rad: [ONSET_RAD, 0.03],
         weight: [0.0; 2],
+        held_nm: 0.0,
         preload_nm: 0.0,
         give_m_per_n: 0.0,
         force_scale: None,

@@ -4,7 +4,7 @@ use super::collector::CurveCollector;
 use super::weight;
 use crate::finger::{Free, Mechanics};
 use crate::joint_sensor::JointSensor;
-use crate::numeric::sqrt;
+use crate::numeric::{Bounded, sqrt};
 use crate::sensing::curve::{Curve, Point};
 use crate::sensing::location::SeriesElement;
 use crate::sensing::locator::{self, Data, Place, Prior};
@@ -131,9 +131,10 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         if let Place::Anywhere = place {
             calibration.correct_constant(&collector.constant);
         }
+        let weight_held_nm = (collector.stop_nm - settings.preload_nm[0]).at_least(0.0);
         let joint_nm = calibration.joint([
-            // The path has what a design preloads.
-            joint_nm + held_nm - self.finger.preload_nm(),
+            // The path has what a design preloads, and what a weight presses joint 2 on its stop with.
+            joint_nm + held_nm - self.finger.preload_nm() - weight_held_nm,
             sqrt(joint_sigma_nm * joint_sigma_nm + held_sigma_nm * held_sigma_nm),
         ]);
         let leverage_sigma = match place {
@@ -155,6 +156,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             give_m_per_n: settings.object_give_m_per_n,
             force_scale: settings.force_scale,
             weight: collector.weight,
+            held_nm: weight_held_nm,
             onset_rad: collector.onset_rad,
             calibration,
             leverage_sigma,

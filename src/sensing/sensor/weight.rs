@@ -9,9 +9,6 @@ use crate::numeric::{Bounded, sqrt};
 use crate::sensing::detector::Onset;
 use crate::sensing::location::SeriesElement;
 
-/// Torque of the finger's weight over the difference between closing and opening: half of it, because a worm's friction cancels,
-/// less the gearhead's losses (docs/SENSING.md#gravity).
-const WEIGHT_SHARE: f32 = 0.4;
 /// Standard deviation of the torque with which the weight turns joint 2, as a share of it.
 const TURNING_SIGMA: f32 = 0.3;
 /// Largest fall of the motor's torque while an object takes over the weight that closes the finger, as a share of the weight's
@@ -63,7 +60,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             return none;
         };
         let place = counts.wrapping_add(self.shift_counts.unwrap_or(0));
-        let share = WEIGHT_SHARE * self.calibration.torque_factor;
+        let share = self.drivetrain.weight_share * self.calibration.torque_factor;
         let [weight_nm, per_rad] = friction.asymmetry(place).map(|nm| share * nm);
         self.free(self.drivetrain.closing_rad(counts))
             .and_then(|free| self.finger.weighed(&free, weight_nm, preload_nm))

@@ -34,6 +34,7 @@ pub(in crate::sensing) fn prior(onset_rad: f32) -> Prior<Cable> {
         joint_nm: [0.1e-3, 0.15e-3],
         onset_rad: [onset_rad, 0.03],
         weight: [0.0; 2],
+        held_nm: 0.0,
         preload_nm: 0.0,
         give_m_per_n: 0.0,
         force_scale: None,

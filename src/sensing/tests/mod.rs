@@ -50,6 +50,7 @@ pub(in crate::sensing) fn drivetrain() -> Drivetrain {
         inertia_sigma: 0.1,
         viscous_nm_s_per_rad: 0.0,
         efficiency_per_speed: 0.0,
+        weight_share: 0.4,
         backlash_rad: 0.01,
     }
 }

@@ -109,5 +109,8 @@ fn an_object_that_carries_more_than_the_springs_hold_is_met_where_it_is() {
     });
     let theta_a_rad = touched_rad(&told);
     let rise_rad = contact_rad - needed_nm(contact_rad) / stiffness;
-    assert!((theta_a_rad - contact_rad).abs() < 0.2 * (rise_rad - contact_rad));
+    assert!(
+        (theta_a_rad - contact_rad).abs() < 0.2 * (rise_rad - contact_rad),
+        "{theta_a_rad} {contact_rad} {rise_rad}"
+    );
 }

@@ -160,6 +160,7 @@ fn assumed(known: &Knowledge) -> (Prior<Cable>, Priors) {
         joint_nm: [0.2e-3, 0.4e-3],
         onset_rad: [0.0, 0.03],
         weight: [0.0; 2],
+        held_nm: 0.0,
         preload_nm: 0.0,
         give_m_per_n: 0.0,
         force_scale: None,

@@ -96,6 +96,7 @@ impl<'a, S: Scene> Ours<'a, S> {
             joint_nm,
             onset_rad: [felt.detected_rad as f32, ONSET_SIGMA_RAD],
             weight: [0.0; 2],
+            held_nm: 0.0,
             preload_nm: settings.preload_nm[0],
             give_m_per_n: settings.object_give_m_per_n,
             force_scale: None,

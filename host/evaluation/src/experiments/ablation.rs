@@ -54,11 +54,11 @@ fn without_friction(recording: &Recording, friction: &Friction) -> Recording {
     }
 }
 
-/// Every step of the way on one contact.
-fn ladder(session: &Session<P70>, case: &Case) -> Result<Vec<Trial>, Failure> {
+/// Every step of the way on one contact; `free` is a free closing after the one that was recorded.
+fn ladder(session: &Session<P70>, free: &Case, case: &Case) -> Result<Vec<Trial>, Failure> {
     let (nominal, calibrated) = (session.nominal, session.calibrated);
     let (model, _) = session.papers_model(&nominal);
-    let free = judge::free_motion(&without_friction(&session.free, &session.friction));
+    let free = judge::closing(&without_friction(&free.recording, &session.friction));
     let threshold = paper::friction_threshold(&model, &free).ok_or(Failure::Missing("closing"))?;
     let table = judge::papers(
         &model,
@@ -80,8 +80,6 @@ fn ladder(session: &Session<P70>, case: &Case) -> Result<Vec<Trial>, Failure> {
     };
     let factor_only = Calibration {
         torque_factor: calibrated.torque_factor,
-        // The calibrated cable is per nominal torque; so is the nominal one with the calibrated factor.
-        cable_rad_per_nm: nominal.cable_rad_per_nm * calibrated.torque_factor,
         ..nominal
     };
     let ours = |calibration: Calibration, settings: Settings| {
@@ -111,10 +109,11 @@ pub fn ablation(plan: &Plan) -> Vec<Job> {
             let objects = objects::ten();
             let run = move |found: &mut Vec<Entry>| {
                 let mut session = Session::<P70>::new(&parameters, &Setup::default(), seed)?;
+                let free = session.free_closing()?;
                 let mut random = Pcg64Mcg::seed_from_u64(seed);
                 for object in &objects {
                     let case = closing(&mut session, || distal_wanted(object, row, &mut random))?;
-                    let trials = ladder(&session, &case)?;
+                    let trials = ladder(&session, &free, &case)?;
                     for (step, trial) in trials.into_iter().enumerate() {
                         found.push(Entry {
                             experiment: format!("ablation: {}", STEPS[step]),

@@ -113,12 +113,13 @@ pub fn preshape(plan: &Plan) -> Vec<Job> {
         .collect()
 }
 
-/// (d) free closings: 100 on each of 10 fingers, in MuJoCo of 5.
+/// (d) free closings: 100 on each of 10 drawn fingers, in MuJoCo of 5.
 #[must_use]
 pub fn free(plan: &Plan) -> Vec<Job> {
     (0..plan.fingers(1, 10))
         .map(|finger| {
-            let (parameters, seed) = (plan.parameters.clone(), plan.seed + 100 + finger);
+            let seed = plan.seed + 100 + finger;
+            let parameters = plan.parameters.randomised(seed);
             let run = move |found: &mut Vec<Entry>| {
                 let mut session = Session::<P70>::new(&parameters, &Setup::default(), seed)?;
                 for _ in 0..FREE_CLOSINGS {

@@ -2,7 +2,6 @@
 
 use palpate_plant::Parameters;
 use palpate_scenes::P70;
-use palpate_simulation::Simulated;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -100,8 +99,7 @@ fn levels(base: &Parameters) -> Vec<Level> {
 fn run(level: &Level, seed: u64, found: &mut Vec<Entry>) -> Result<(), Failure> {
     let mut session = Session::<P70>::new(&level.parameters, &level.setup, seed)?;
     if let Some(other) = &level.recorded_in {
-        let (friction, threshold) = recorded::<P70>(other, &level.setup, seed)?;
-        session.take_record(friction, threshold);
+        session.take_record(&Session::new(other, &level.setup, seed)?)?;
     }
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     for index in 0..CONTACTS {
@@ -124,17 +122,6 @@ fn run(level: &Level, seed: u64, found: &mut Vec<Entry>) -> Result<(), Failure> 
         }
     }
     Ok(())
-}
-
-/// The friction record of another world.
-fn recorded<S: Simulated>(
-    parameters: &Parameters,
-    setup: &Setup,
-    seed: u64,
-) -> Result<(palpate::sensing::Friction, f64), Failure> {
-    let other = Session::<S>::new(parameters, setup, seed)?;
-    let (_, threshold) = other.papers_model(&other.nominal);
-    Ok((other.friction, threshold))
 }
 
 /// (g) every effect at every level.

@@ -1,6 +1,7 @@
 //! A finger with what it learned, its closings, and what each method says of them.
 
 use palpate::finger::Mechanics;
+use palpate::sample::Sample;
 use palpate::sensing::{Calibration, Friction, Refusal, Settings};
 use palpate_plant::{Grasp, Parameters};
 use palpate_simulation::Simulated;
@@ -46,7 +47,8 @@ pub struct Session<S: Simulated> {
     /// After the guided calibration.
     pub calibrated: Calibration,
     model: paper::Model,
-    threshold_nm: f64,
+    /// What a free closing does not exceed with each calibration, by its torque factor.
+    thresholds: Vec<(f32, f64)>,
 }
 
 impl<S: Simulated> Session<S> {
@@ -65,10 +67,9 @@ impl<S: Simulated> Session<S> {
         let free = again.unwrap_or(free);
         let friction = bench.friction()?;
         let model = judge::paper_model::<S>()?;
-        let threshold_nm = paper::friction_threshold(&model, &judge::free_motion(&free))
-            .ok_or(Failure::Missing("closing motion"))?;
-        Ok(Self {
-            calibrated: *bench.calibration(),
+        let calibrated = *bench.calibration();
+        let mut session = Self {
+            calibrated,
             bench,
             settings: setup.settings::<S>(parameters),
             free,
@@ -76,26 +77,51 @@ impl<S: Simulated> Session<S> {
             refused,
             nominal,
             model,
-            threshold_nm,
-        })
+            thresholds: Vec::new(),
+        };
+        let motion = judge::free_motion(&session.free);
+        session.learn_thresholds(&motion)?;
+        Ok(session)
     }
 
-    /// Judges with the friction record and the threshold of another time.
-    pub fn take_record(&mut self, friction: Friction, threshold_nm: f64) {
-        self.friction = friction;
-        self.threshold_nm = threshold_nm;
+    /// Takes what a free closing does not exceed for the threshold of the paper's algorithm, with each calibration.
+    fn learn_thresholds(&mut self, free_motion: &[Sample]) -> Result<(), Failure> {
+        let mut thresholds = Vec::new();
+        for calibration in [self.nominal, self.calibrated] {
+            let threshold_nm = paper::friction_threshold(&self.scaled(&calibration), free_motion)
+                .ok_or(Failure::Missing("closing motion"))?;
+            thresholds.push((calibration.torque_factor, threshold_nm));
+        }
+        self.thresholds = thresholds;
+        Ok(())
     }
 
-    /// The paper's algorithm, with this finger's calibration where it is wanted, and its threshold.
-    #[must_use]
-    pub fn papers_model(&self, calibration: &Calibration) -> (paper::Model, f64) {
+    /// Judges with the friction record of another time, and the threshold from its free closing.
+    ///
+    /// # Errors
+    /// There is no closing in that.
+    pub fn take_record(&mut self, other: &Self) -> Result<(), Failure> {
+        self.friction.clone_from(&other.friction);
+        self.learn_thresholds(&judge::free_motion(&other.free))
+    }
+
+    /// What the paper's algorithm takes for granted, with a calibration of this finger.
+    fn scaled(&self, calibration: &Calibration) -> paper::Model {
         // Its torque has what is lost on the way to the joints, ours takes that off along the path.
         let [loss, _] = <S::Finger as Mechanics>::JOINT_LOSS;
         let factor = f64::from(calibration.torque_factor) * (1.0 - f64::from(loss));
         let mut model = self.model.clone();
         model.torque_nm_per_a *= factor;
         model.cable_rad_per_nm = f64::from(calibration.cable_rad_per_nm) / factor;
-        (model, factor * self.threshold_nm)
+        model
+    }
+
+    /// The paper's algorithm, with one of this finger's two calibrations, and its threshold.
+    #[must_use]
+    pub fn papers_model(&self, calibration: &Calibration) -> (paper::Model, f64) {
+        let of = (self.thresholds.iter()).find(|(factor, _)| *factor == calibration.torque_factor);
+        let threshold_nm = of.map_or(f64::NAN, |(_, threshold_nm)| *threshold_nm);
+        (self.scaled(calibration), threshold_nm)
     }
 
     /// Closes on an object at `k_m` of `phalanx`. `None` where the object cannot be there.

@@ -197,7 +197,7 @@ fn figure_13(plan: &Plan) -> Result<Vec<Chart>, Failure> {
         for object in objects::ten() {
             let case = closing(&mut session, || distal_wanted(&object, row, &mut random))?;
             let mine = session.ours(&case, &session.calibrated)?;
-            let theirs = session.papers(&case, &session.nominal, FIGURE_RULE);
+            let theirs = session.papers(&case, &session.calibrated, FIGURE_RULE);
             let both = [(mine, &mut ours), (theirs, &mut paper)];
             for ((trial, series), errors) in both.into_iter().zip(&mut errors) {
                 if let (Some(error), Some(contact)) = (trial.error_m(), trial.truth) {
@@ -245,7 +245,7 @@ fn figure_14(plan: &Plan) -> Result<Vec<Chart>, Failure> {
             let case = touch(&mut session, k_m, theta_1)?;
             let trials = [
                 session.ours(&case, &session.calibrated)?,
-                session.papers(&case, &session.nominal, FIGURE_RULE),
+                session.papers(&case, &session.calibrated, FIGURE_RULE),
             ];
             for (trial, points) in trials.iter().zip(&mut points) {
                 if let (Some(error), Some(contact)) = (trial.error_m(), trial.truth) {

@@ -120,7 +120,7 @@ fn an_encoder_s_fault_has_the_zero_found_anew() {
 
 /// All the current there is, where the finger may be pressed on something; gently otherwise, or the stop that is found shifts.
 #[test]
-fn homing_starts_with_force_after_a_fault_alone() {
+fn homing_starts_with_force_after_a_fault_or_a_grip_alone() {
     let first_limit_a = |simulation: &mut Simulation| {
         simulation.done = None;
         simulation.sequence.request(Request::Home).expect("at rest");
@@ -143,7 +143,22 @@ fn homing_starts_with_force_after_a_fault_alone() {
     assert_eq!(first_limit_a(&mut simulation), gently_a);
     simulation.millisecond(Some(Notice::Fault(Fault::QueueOverflow)));
     simulation.clear();
-    assert_eq!(first_limit_a(&mut simulation), f32::MAX);
+    let force_a = f32::MAX;
+    assert_eq!(first_limit_a(&mut simulation), force_a);
+    assert_eq!(first_limit_a(&mut simulation), gently_a);
+    // A finger that was left gripping.
+    simulation.bench.object_rad = 0.8;
+    simulation.sequence.friction_known = true;
+    simulation.done = None;
+    simulation
+        .sequence
+        .request(Request::Close)
+        .expect("at rest");
+    while simulation.done.is_none() {
+        simulation.millisecond(None);
+    }
+    assert_eq!(simulation.sequence.state(), State::Idle);
+    assert_eq!(first_limit_a(&mut simulation), force_a);
     assert_eq!(first_limit_a(&mut simulation), gently_a);
 }
 

@@ -32,8 +32,13 @@ fn holding(coordinator: &mut Coordinator<P70>) {
     holding_after(coordinator, 0.08);
 }
 
-/// The same after probing has ended with another current, ampere.
+/// The same after probing has ended with another current, ampere, at the end of the travel.
 fn holding_after(coordinator: &mut Coordinator<P70>, probed_a: f32) {
+    holding_told(coordinator, probed_a, None);
+}
+
+/// The same where probing ends with a last word, if there is one.
+fn holding_told(coordinator: &mut Coordinator<P70>, probed_a: f32, last: Option<&Event>) {
     known(coordinator);
     coordinator.command(Command::Close).expect("at rest");
     let mut status = Status {
@@ -43,6 +48,10 @@ fn holding_after(coordinator: &mut Coordinator<P70>, probed_a: f32) {
     let mut now_us = 0;
     let mut advance = |coordinator: &mut Coordinator<P70>, current_a, notice| {
         now_us += 1000;
+        // Nothing was said: the end of the travel ends probing.
+        if coordinator.state() == State::Probe && last.is_none() {
+            status.position_counts = P70::CHECKED.scale().counts(P70::MOTION.travel_rad);
+        }
         status.current_a = current_a;
         status.offset = [OffsetState::Measuring, OffsetState::Known][usize::from(now_us > 3000)];
         coordinator.advance(now_us, &status, notice);
@@ -56,8 +65,14 @@ fn holding_after(coordinator: &mut Coordinator<P70>, probed_a: f32) {
     }
     advance(coordinator, 0.02, Some(Notice::Touched));
     assert_eq!(coordinator.state(), State::Probe);
-    advance(coordinator, probed_a, None);
-    advance(coordinator, probed_a, Some(Notice::Settled));
+    if let Some(last) = last {
+        // In the order of the board: the event, then its notice.
+        advance(coordinator, probed_a, None);
+        let _ = coordinator.event(last);
+        advance(coordinator, probed_a, Some(Notice::Settled));
+    } else {
+        advance(coordinator, probed_a, None);
+    }
     assert_eq!(coordinator.state(), State::Hold);
     // What the motor takes while it turns counts, not what it is given to hold.
     for _ in 0..10 {
@@ -121,6 +136,16 @@ fn before_the_last_word_a_finger_is_held_with_no_more_than_it_was_probed_with() 
     let mut coordinator = super::coordinator();
     holding(&mut coordinator);
     assert!((held_a(&coordinator) - P70::MOTION.holding_current_a).abs() < 1e-6);
+}
+
+/// Where the last word ends probing its current is that of the force, though probing took less.
+#[test]
+fn after_the_last_word_a_finger_is_held_with_what_its_force_needs() {
+    let mut coordinator = coordinator();
+    holding_told(&mut coordinator, 0.045, Some(&located(0.5)));
+    let expected_a = coordinator.hold.current_a(0.5, 1.0).expect("a load");
+    assert!(expected_a > 0.06, "{expected_a}");
+    assert!((held_a(&coordinator) - expected_a).abs() < 1e-6);
 }
 
 /// At most what the user allows; the last word says so where that is too little.
