@@ -97,7 +97,7 @@ struct Experiments {
     #[arg(long, conflicts_with = "write")]
     only: Option<String>,
     /// Write the tables into docs/RESULTS.md and README.md.
-    #[arg(long, conflicts_with_all = ["world", "engine", "mount", "json"])]
+    #[arg(long, conflicts_with_all = ["world", "mount", "json"])]
     write: bool,
 }
 

@@ -119,11 +119,11 @@ verbs! {
     Help "help" "", "list the commands";
     Status "status" "", "state, position, current, supply, temperature, fault";
     SelfTest "selftest" "",
-        "check wiring, sensors, motor; it moves a few degrees";
+        "check wiring, sensors, motor; moves a few degrees";
     Identify "identify" "",
         "measure resistance, torque constant, inertia, friction";
     Run "run" "", "a grasp: home, close, probe, hold, open";
-    Home "home" "", "open to the stop and make it the zero";
+    Home "home" "", "open to the stop, the zero";
     RecordFriction "record-friction" "",
         "close and open to record friction: remove objects first";
     Calibrate "calibrate" "MM | cable | forget",

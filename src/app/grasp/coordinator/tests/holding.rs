@@ -1,5 +1,7 @@
 //! The current that holds an object.
 
+use core::cell::Cell;
+
 use super::*;
 use crate::sensing::NotLocated;
 
@@ -46,12 +48,10 @@ fn holding_told(coordinator: &mut Coordinator<P70>, probed_a: f32, last: Option<
         ..Status::default()
     };
     let mut now_us = 0;
+    let position_counts = Cell::new(0);
     let mut advance = |coordinator: &mut Coordinator<P70>, current_a, notice| {
         now_us += 1000;
-        // Nothing was said: the end of the travel ends probing.
-        if coordinator.state() == State::Probe && last.is_none() {
-            status.position_counts = P70::CHECKED.scale().counts(P70::MOTION.travel_rad);
-        }
+        status.position_counts = position_counts.get();
         status.current_a = current_a;
         status.offset = [OffsetState::Measuring, OffsetState::Known][usize::from(now_us > 3000)];
         coordinator.advance(now_us, &status, notice);
@@ -65,12 +65,13 @@ fn holding_told(coordinator: &mut Coordinator<P70>, probed_a: f32, last: Option<
     }
     advance(coordinator, 0.02, Some(Notice::Touched));
     assert_eq!(coordinator.state(), State::Probe);
+    advance(coordinator, probed_a, None);
     if let Some(last) = last {
         // In the order of the board: the event, then its notice.
-        advance(coordinator, probed_a, None);
         let _ = coordinator.event(last);
         advance(coordinator, probed_a, Some(Notice::Settled));
     } else {
+        position_counts.set(P70::CHECKED.scale().counts(P70::MOTION.travel_rad));
         advance(coordinator, probed_a, None);
     }
     assert_eq!(coordinator.state(), State::Hold);
