@@ -343,7 +343,7 @@ fn stride<const N: usize>(
 }
 
 /// What of an input torque arrives at the joints of a finger that closes: less by the share that is lost on the way to those beyond the
-/// first (docs/SENSING.md#losses-on-pulleys). Beside a torque that holds the finger back the pulleys hold it back as well.
+/// first (docs/SENSING.md#losses-on-pulleys). A negative torque holds the finger back, and friction on the pulleys helps it.
 fn arriving<const N: usize>(
     gear: &TransmissionFactors<N>,
     torque_nm: f32,

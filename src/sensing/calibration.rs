@@ -192,7 +192,7 @@ impl Calibration {
         if self.contacts == 0 {
             return;
         }
-        // There and back again it is what it was.
+        // A change back to the old speed undoes this one.
         let other = (1.0 + 0.5 * share) / (1.0 - 0.5 * share);
         self.torque_factor *= other;
         self.cable_rad_per_nm *= other;

@@ -75,8 +75,7 @@ pub struct Sequence {
     /// The closing is over: opening now ends the motion.
     returning: bool,
     /// A fault was cleared, or a closing ended where it was, and nothing homed since: the finger may be pressed on something. Homing
-    /// of a finger that stands free
-    /// starts gently, because what it starts with shifts the stop that it finds by some milliradians.
+    /// of a finger that stands free starts gently, because what it starts with shifts the stop that it finds by some milliradians.
     unsure: bool,
     /// Sensing has said its last word on the contact of this closing.
     judged: bool,

@@ -39,6 +39,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
                 if last.tangent.delta[m] < 0.0 {
                     start.taken[m] = -loss;
                     if !B::HOLDS {
+                        // A torque that held the finger back took nothing from the joint that its pulley could give up.
                         start.back[m] = 2.0 * start.torque.at_least(0.0);
                     }
                 }
