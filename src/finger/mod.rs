@@ -25,6 +25,7 @@
 //! ```
 
 mod actuated;
+mod bent;
 mod break_away;
 mod build;
 mod chain;
