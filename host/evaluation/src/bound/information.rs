@@ -54,6 +54,26 @@ impl Pulleys {
     }
 }
 
+/// What ends a curve before its angles do, beside the end of phalanx and travel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum End {
+    /// Nothing.
+    Open,
+    /// The nominal torque above the free finger's is this, newton metre.
+    Top(f64),
+    /// The same, or another phalanx touches the object as well: what follows is of two contacts.
+    Alone(f64),
+}
+
+impl End {
+    fn is_above(self, excess_nm: f64) -> bool {
+        match self {
+            Self::Open => false,
+            Self::Top(top_nm) | Self::Alone(top_nm) => excess_nm > top_nm,
+        }
+    }
+}
+
 /// The curve of a contact.
 pub(super) struct Observed {
     pub(super) phalanx: usize,
@@ -67,14 +87,14 @@ pub(super) struct Observed {
 }
 
 impl Known {
-    /// Nominal torque above the free finger's at measured angles, until it has risen to `top_nm`, a joint has met its stop, the contact
-    /// has left its phalanx or no posture is found.
+    /// Nominal torque above the free finger's at measured angles, until it is to end, a joint has met its stop, the contact has left its
+    /// phalanx or no posture is found.
     pub(super) fn excess_nm(
         &self,
         phalanx: usize,
         values: &[f64; UNKNOWNS],
         angles: &[f64],
-        top_nm: f64,
+        end: End,
     ) -> Option<Vec<f64>> {
         let (press, drive) = self.press(phalanx, values);
         let opened = self.with_pulleys(values);
@@ -102,7 +122,10 @@ impl Known {
             near = next;
             let free = opened.free(angle_rad, &drive)?;
             let excess_nm = share * (near.torque_nm - free.torque_nm) / drive.factor;
-            if !held.stays(&near, length_m) || excess_nm > top_nm {
+            if !held.stays(&near, length_m)
+                || end.is_above(excess_nm)
+                || matches!(end, End::Alone(_)) && held.touches_elsewhere(&near, self.first)
+            {
                 break;
             }
             found.push(excess_nm);
@@ -115,7 +138,7 @@ impl Known {
         TOP_SHARE * f64::from(self.settings.torque_limit_nm)
     }
 
-    /// The curve of a contact with these values: `None` where it is too short.
+    /// The curve of a contact with these values: `None` where the contact slides off too soon, or another phalanx touches before it.
     pub(super) fn observed(&self, phalanx: usize, values: [f64; UNKNOWNS]) -> Option<Observed> {
         let onset_rad = values[ONSET];
         let width_rad = TURNS * self.turn_rad;
@@ -125,11 +148,14 @@ impl Known {
         let way_rad = self.probing_rad.min(self.closed_rad - onset_rad);
         let points = (way_rad / width_rad).max(0.0) as usize;
         let mut angles: Vec<f64> = (0..LEAD + points).map(angle_rad).collect();
-        let torques = self.excess_nm(phalanx, &values, &angles, self.top_nm())?;
-        angles.truncate(torques.len());
-        if torques.len() < LEAD + LEAST_POINTS {
+        let shown = |end: End| self.excess_nm(phalanx, &values, &angles, end);
+        let mut torques = shown(End::Top(self.top_nm()))?;
+        let alone = shown(End::Alone(self.top_nm()))?.len();
+        if torques.len() < LEAD + LEAST_POINTS || alone <= LEAD {
             return None;
         }
+        torques.truncate(alone);
+        angles.truncate(alone);
         let samples = torques.iter().enumerate().map(|(index, &excess_nm)| {
             self.sample(angle_rad(index), TURNS * index as f64, excess_nm)
         });
@@ -160,7 +186,8 @@ impl Known {
             let beside = |steps: f64| {
                 let mut values = observed.values;
                 values[unknown] += steps * DIFFERENCE * deviations[unknown];
-                self.excess_nm(observed.phalanx, &values, &observed.angles, self.top_nm())
+                let end = End::Top(self.top_nm());
+                self.excess_nm(observed.phalanx, &values, &observed.angles, end)
             };
             let (more, less) = (beside(1.0)?, beside(-1.0)?);
             // The last points may lie beyond the end of one of them.
@@ -191,7 +218,7 @@ impl Known {
             let beside = |step: f64| {
                 let mut values = observed.values;
                 values[unknown] += step * size * deviations[unknown];
-                self.excess_nm(observed.phalanx, &values, &observed.angles, f64::INFINITY)
+                self.excess_nm(observed.phalanx, &values, &observed.angles, End::Open)
             };
             let (more, less) = (beside(1.0)?, beside(-1.0)?);
             points = points.min(more.len()).min(less.len());
@@ -311,4 +338,47 @@ pub(super) fn told(known: &DMatrix<f64>, information: &DMatrix<f64>) -> Option<D
     let more = DMatrix::identity(unknowns, unknowns) + information * known;
     let told = known * more.try_inverse()?;
     Some((&told + told.transpose()) * 0.5)
+}
+
+#[cfg(test)]
+mod tests {
+    use palpate::scene::Scene;
+    use palpate_plant::Parameters;
+    use palpate_scenes::{P70, Tendon3};
+    use rand::SeedableRng;
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+
+    /// How many curves of contacts end before they would without another phalanx.
+    fn cut<S: Scene>(contacts: u64) -> usize {
+        let known = Known::of::<S>(&Parameters::of(S::NAME).unwrap());
+        let mut random = Pcg64Mcg::seed_from_u64(1);
+        let is_cut = |_: &u64| loop {
+            let chosen = known.drawn(&mut random).unwrap();
+            let values = known.means(&chosen);
+            if let Some(observed) = known.observed(chosen.phalanx, values) {
+                let points = observed.angles.len();
+                let [last, before] =
+                    [1, 2].map(|back| observed.angles[points.saturating_sub(back)]);
+                let mut further = observed.angles;
+                further.push(2.0 * last - before);
+                let end = End::Top(known.top_nm());
+                let shown = known.excess_nm(chosen.phalanx, &values, &further, end);
+                // It would go on, and not because the probing is over.
+                break shown.unwrap().len() > points
+                    && last < chosen.onset_rad + 0.9 * known.probing_rad;
+            }
+        };
+        (0..contacts).filter(is_cut).count()
+    }
+
+    /// Two phalanges hold each other, three go on closing round the object.
+    #[test]
+    fn another_phalanx_ends_the_curves_of_a_finger_that_goes_on_closing() {
+        let cut = [cut::<P70>(20), cut::<Tendon3>(20)];
+        println!("{cut:?} of 20");
+        assert_eq!(cut[0], 0);
+        assert!((5..=15).contains(&cut[1]), "{cut:?}");
+    }
 }

@@ -84,7 +84,7 @@ pub(super) struct Known {
     pub(super) probing_rad: f64,
     pub(super) closed_rad: f64,
     /// The first phalanx that touches.
-    first: usize,
+    pub(super) first: usize,
     /// What it touches.
     pub(super) objects: Objects,
     /// Noise of its curves, at the speed of its closing.

@@ -17,7 +17,7 @@ use serde::Serialize;
 
 use super::chain::{Linear, Told, of_open};
 use super::felt::{Belief, Felt, OF_OBJECT};
-use super::information::DRAWS;
+use super::information::{DRAWS, End};
 use super::known::{K, Known, OFFSET_M, ONSET, RADII_M, RADIUS, UNIFORM, UNKNOWNS, is_possible};
 use super::ours::Ours;
 
@@ -103,9 +103,7 @@ impl Asking<'_> {
         });
         let from_means = DVector::from_iterator(self.open.len(), from_means);
         let angles = &observed.angles;
-        let shown = self
-            .known
-            .excess_nm(phalanx, &values, angles, f64::INFINITY)?;
+        let shown = self.known.excess_nm(phalanx, &values, angles, End::Open)?;
         if shown.len() != angles.len() {
             return None;
         }

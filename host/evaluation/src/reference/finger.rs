@@ -119,6 +119,16 @@ impl Finger {
         let absolute: f64 = theta.iter().take(phalanx).sum();
         (point.1 - joint.1) * absolute.cos() - (point.0 - joint.0) * absolute.sin()
     }
+
+    /// Distance of a point from the nearest of a phalanx's middle line.
+    pub(super) fn apart_m(&self, theta: &DVector<f64>, phalanx: usize, (x, y): (f64, f64)) -> f64 {
+        let length = self.lengths[phalanx - 1];
+        let [joint, end] = [0.0, length].map(|k| self.point(theta, phalanx, k));
+        let along =
+            ((x - joint.0) * (end.0 - joint.0) + (y - joint.1) * (end.1 - joint.1)) / length;
+        let nearest = self.point(theta, phalanx, along.clamp(0.0, length));
+        (x - nearest.0).hypot(y - nearest.1)
+    }
 }
 
 /// Gradient by fourth-order central differences.
@@ -148,4 +158,33 @@ pub(super) fn hessian(at: &DVector<f64>, f: impl Fn(&DVector<f64>) -> f64) -> DM
     DMatrix::from_fn(at.len(), at.len(), |row, column| {
         (4.0 * second(row, column, STEP) - second(row, column, 2.0 * STEP)) / 3.0
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::table_1;
+    use super::*;
+
+    #[test]
+    fn a_point_is_as_far_from_a_phalanx_as_from_the_nearest_of_its_slices() {
+        const SLICES: usize = 2000;
+        let finger = table_1();
+        let theta = DVector::from_row_slice(&[0.6, 0.4, 0.9]);
+        // Beside a phalanx, before its joint and beyond its tip.
+        for point in [(0.4, 0.9), (-0.5, -0.3), (0.9, 2.5), (1.5, 0.2)] {
+            for phalanx in 1..=3 {
+                let length = finger.lengths[phalanx - 1];
+                let slices = (0..=SLICES).map(|n| length * n as f64 / SLICES as f64);
+                let nearest = slices
+                    .map(|k| finger.point(&theta, phalanx, k))
+                    .map(|(x, y)| (x - point.0).hypot(y - point.1))
+                    .fold(f64::INFINITY, f64::min);
+                let error = nearest - finger.apart_m(&theta, phalanx, point);
+                assert!(
+                    (0.0..1e-3).contains(&error),
+                    "{phalanx} {point:?}: {error:e}"
+                );
+            }
+        }
+    }
 }

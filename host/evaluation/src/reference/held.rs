@@ -255,6 +255,15 @@ impl<'a> Held<'a> {
         })
     }
 
+    /// Whether another phalanx, from this one on, touches the object as well.
+    #[must_use]
+    pub fn touches_elsewhere(&self, state: &State, first: usize) -> bool {
+        let finger = &self.opened.finger;
+        (first..=finger.phalanges())
+            .filter(|&phalanx| phalanx != self.press.phalanx)
+            .any(|phalanx| finger.apart_m(&state.theta, phalanx, self.middle) < self.press.radius_m)
+    }
+
     /// Whether contact and joints are within their ends.
     #[must_use]
     pub fn stays(&self, state: &State, length_m: f64) -> bool {
