@@ -114,6 +114,7 @@ mod chip {
         exit(if good { EXIT_SUCCESS } else { EXIT_FAILURE });
         loop {
             cortex_m::asm::wfi();
+            cortex_m::asm::isb(); // src/board/mod.rs
         }
     }
 

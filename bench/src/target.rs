@@ -32,6 +32,8 @@ const STEP_MAX: u32 = 4000;
 const LATENCY_MAX: u32 = 100;
 /// Nominal time to the watchdog's reset.
 const WATCHDOG_US: u32 = 100_000;
+/// 0.6 s.
+const LOG_FOUND_CYCLES: u32 = 102_000_000;
 
 /// Says over a reset that the watchdog is awaited.
 #[unsafe(link_section = ".uninit.awaited")]
@@ -62,6 +64,9 @@ fn main() -> ! {
         let bit = cause == reset::Reset::Watchdog;
         tell("watchdog", bit, u32::from(bit), "1: the reset's cause");
         info!("target done");
+        // The log begins anew with a reset. probe-rs looks once in 100 ms: it lets go of the old log, then finds this one, unless the run
+        // has ended before.
+        cortex_m::asm::delay(LOG_FOUND_CYCLES);
         leave(true)
     }
     if let Some(mut peripherals) = cortex_m::Peripherals::take() {

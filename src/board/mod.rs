@@ -38,7 +38,8 @@ mod thermal;
 mod trace;
 mod watchdog;
 
-use embassy_executor::{Executor, SpawnError, SpawnToken, Spawner};
+use embassy_executor::raw::Executor;
+use embassy_executor::{SpawnError, SpawnToken, Spawner};
 use embassy_stm32::interrupt::{self, InterruptExt, Priority};
 use static_cell::StaticCell;
 
@@ -80,13 +81,32 @@ fn main() -> ! {
 
 extern "C" fn thread() -> ! {
     static EXECUTOR: StaticCell<Executor> = StaticCell::new();
-    match EXECUTOR.try_init(Executor::new()) {
-        Some(executor) => executor.run(start),
+    let Some(executor) = EXECUTOR.try_init(Executor::new(core::ptr::null_mut())) else {
         // It is free: this runs once.
-        None => loop {
-            cortex_m::asm::wfi();
-        },
+        loop {
+            sleep();
+        }
+    };
+    let executor: &'static Executor = executor;
+    start(executor.spawner());
+    loop {
+        // SAFETY: nothing else polls it.
+        unsafe { executor.poll() };
+        sleep();
     }
+}
+
+/// Waits for an interrupt or a woken task. The crate's own executor leaves out the barrier: without it the chip may fetch a wrong
+/// instruction as it wakes while debugging in sleep is on, as the driver and the probe set it (errata sheet ES0431, as ES0430 2.2.8).
+fn sleep() {
+    cortex_m::asm::wfe();
+    cortex_m::asm::isb();
+}
+
+/// Ends the sleep: how the executor is told that a task was woken.
+#[unsafe(export_name = "__pender")]
+extern "Rust" fn wake(_context: *mut ()) {
+    cortex_m::asm::sev();
 }
 
 /// Each task is spawned once, so that there is room for it. If there were none: without sensing, sequence or supervisor the

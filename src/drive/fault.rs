@@ -115,7 +115,7 @@ faults! {
     12 Stall "stall", "sequence",
         250_000 "150 ms at the current limit without motion: static friction and backlash take less",
         "The motor stands still where nothing should stop it.",
-        "Look for a blocked finger or gear; raise the current limit if friction is the reason.";
+        "Look for a blocked finger or gear; if friction is the reason, raise `free_current_a` and `homing_current_a` of the scene.";
     13 TravelLimit "travel-limit", "control interrupt, sequence",
         2_000 "the sequence looks once a millisecond; from leaving the travel",
         "The finger left its travel: a stop is missing, or the encoder's zero is wrong.",

@@ -9,6 +9,7 @@ use object::{Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
 
 use crate::paths::machine_paths;
 use crate::reach::{self, Reach};
+use crate::sleeps::Sleeps;
 use crate::thumb::{self, Flow};
 use crate::uses;
 
@@ -218,6 +219,11 @@ impl Image {
     #[must_use]
     pub fn panics(&self, modules: &[&str]) -> Reach {
         reach::panics(self, modules)
+    }
+
+    /// Where it lets the core sleep.
+    pub fn sleeps(&self) -> Sleeps {
+        Sleeps::of(self)
     }
 
     /// Text in flash that tells where the machine that built the image keeps its files.

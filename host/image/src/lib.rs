@@ -4,8 +4,10 @@
 mod image;
 mod paths;
 mod reach;
+mod sleeps;
 mod thumb;
 mod uses;
 
 pub use image::{CCM, Footprint, Image, Symbol};
 pub use reach::{Reach, Violation};
+pub use sleeps::Sleeps;

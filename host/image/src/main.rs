@@ -1,6 +1,6 @@
 //! `palpate-reach ELF...`: proves of each image that its control interrupt cannot panic, allocate or log, and runs from CCM
-//! SRAM alone, that no function of the modules that compute reaches a panic, and that its first instruction reads the SRAM before
-//! anything is written.
+//! SRAM alone, that no function of the modules that compute reaches a panic, that its first instruction reads the SRAM before
+//! anything is written, and that a barrier follows wherever the core sleeps.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -58,6 +58,14 @@ fn check(file: &Path) -> Result<bool> {
             first.as_deref().unwrap_or("nothing")
         );
     }
+    let sleeps = image.sleeps();
+    for function in &sleeps.bare {
+        println!(
+            "{}: {} sleeps without a barrier",
+            file.display(),
+            function.name()
+        );
+    }
     let reach = image.reach(CONTROL, &CCM)?;
     let panics = image.panics(&COMPUTING);
     for (from, found) in [(CONTROL, &reach), ("what computes", &panics)] {
@@ -86,5 +94,7 @@ fn check(file: &Path) -> Result<bool> {
     );
     // Without names there is nothing to start at, and nothing is proved.
     let is_proved = !panics.functions.is_empty() && panics.violations.is_empty();
-    Ok(reads_ram && reach.violations.is_empty() && is_proved)
+    println!("{}: {} sleeps", file.display(), sleeps.number);
+    let sleeps_well = sleeps.number > 0 && sleeps.bare.is_empty();
+    Ok(reads_ram && sleeps_well && reach.violations.is_empty() && is_proved)
 }

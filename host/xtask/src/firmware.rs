@@ -122,7 +122,10 @@ impl Build {
             return Ok(kept);
         }
         let what = format!("building for the chip: {}", self.name());
-        step(&what, &mut call)?;
+        step(&what, &mut call).map_err(|failure| Failure {
+            message: format!("{}{}", failure.message, machine::hint(&toolchain)),
+            ..failure
+        })?;
         let built = folder.join(THUMB).join("release").join(self.package());
         std::fs::create_dir_all(folder.join("elf"))
             .and_then(|()| std::fs::copy(&built, &kept))

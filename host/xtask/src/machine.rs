@@ -25,6 +25,9 @@ pub enum Toolchain {
     },
 }
 
+/// The compiler that rustup brought when images were built and measured last.
+const TRIED: &str = "1.95.0";
+
 /// Finds or gets a compiler for the chip. `PALPATE_TOOLCHAIN=rustup` or `debian` forces one.
 pub fn firmware_toolchain() -> Outcome<Toolchain> {
     match std::env::var("PALPATE_TOOLCHAIN").as_deref() {
@@ -46,6 +49,26 @@ pub fn firmware_toolchain() -> Outcome<Toolchain> {
         return Ok(Toolchain::Rustup);
     }
     debian_toolchain()
+}
+
+/// What to do where the chip's image does not build with a compiler that nobody has tried: the options of `.cargo/config.toml` are
+/// LLVM's own, and the image just fits. Nothing with the one that was tried.
+pub fn hint(toolchain: &Toolchain) -> String {
+    let version = output("rustc", &["--version"]).unwrap_or_default();
+    match toolchain {
+        Toolchain::Rustup => hint_for(&version),
+        Toolchain::Debian { .. } => String::new(),
+    }
+}
+
+fn hint_for(version: &str) -> String {
+    if version.split_whitespace().nth(1) == Some(TRIED) {
+        return String::new();
+    }
+    format!(
+        "\n{version} was not tried. If it refuses an option, or the image no longer fits: rustup toolchain install {TRIED} --target \
+         {THUMB}, then RUSTUP_TOOLCHAIN={TRIED} in front of the command"
+    )
 }
 
 fn sysroot() -> Option<PathBuf> {
@@ -215,4 +238,21 @@ pub fn install(packages: &[&str], purpose: &str) -> Outcome {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_compiler_that_was_not_tried_is_named() {
+        assert_eq!(
+            hint_for(&format!("rustc {TRIED} (59807616e 2026-04-14)")),
+            ""
+        );
+        for version in ["rustc 1.99.0 (0 2027-01-01)", "rustc 1.95.1-nightly", ""] {
+            let hint = hint_for(version);
+            assert!(hint.contains(version) && hint.contains("RUSTUP_TOOLCHAIN=1.95.0"));
+        }
+    }
 }
