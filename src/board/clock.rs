@@ -16,6 +16,26 @@ const NO_BOOST: u32 = 1 << 8;
 /// the faster clock leaves its driver out of step.
 const CRYSTAL_LOOKS: u32 = 16_000;
 
+/// The crystal, and the internal oscillator, hertz, each with what divides it for the PLL.
+const CRYSTAL: (u32, PllPreDiv) = (24_000_000, PllPreDiv::DIV6);
+const INTERNAL: (u32, PllPreDiv) = (16_000_000, PllPreDiv::DIV4);
+const MULTIPLIER: PllMul = PllMul::MUL85;
+const DIVIDER: PllRDiv = PllRDiv::DIV2;
+
+// Limits of the PLL (data sheet DS12589): its input 2.66 to 16 MHz, its oscillator 96 to 344 MHz. The driver would look at them on the
+// chip, for 320 bytes (feature `unchecked-overclocking`).
+const _: () = {
+    let mut sources = [CRYSTAL, INTERNAL].as_slice();
+    while let [(source_hz, divider), rest @ ..] = sources {
+        let input_hz = *source_hz / (*divider as u32 + 1);
+        let oscillator_hz = input_hz * MULTIPLIER as u32;
+        assert!(input_hz >= 2_660_000 && input_hz <= 16_000_000);
+        assert!(oscillator_hz >= 96_000_000 && oscillator_hz <= 344_000_000);
+        assert!(oscillator_hz / (2 * (DIVIDER as u32 + 1)) == 170_000_000);
+        sources = rest;
+    }
+};
+
 /// Where the clock comes from.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Source {
@@ -71,22 +91,22 @@ fn crystal_starts() -> bool {
 }
 
 fn config(source: Source) -> rcc::Config {
-    let (pll_source, prediv) = match source {
-        Source::Crystal => (PllSource::HSE, PllPreDiv::DIV6),
-        Source::Internal => (PllSource::HSI, PllPreDiv::DIV4),
+    let (pll_source, (source_hz, prediv)) = match source {
+        Source::Crystal => (PllSource::HSE, CRYSTAL),
+        Source::Internal => (PllSource::HSI, INTERNAL),
     };
     let mut config = rcc::Config::default();
     config.hse = (source == Source::Crystal).then_some(Hse {
-        freq: Hertz(24_000_000),
+        freq: Hertz(source_hz),
         mode: HseMode::Oscillator,
     });
     config.pll = Some(Pll {
         source: pll_source,
         prediv,
-        mul: PllMul::MUL85,
+        mul: MULTIPLIER,
         divp: None,
         divq: None,
-        divr: Some(PllRDiv::DIV2),
+        divr: Some(DIVIDER),
     });
     config.sys = Sysclk::PLL1_R;
     // Wait states and steps of boost mode; its bit is set above.

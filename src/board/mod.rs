@@ -82,10 +82,7 @@ fn main() -> ! {
 extern "C" fn thread() -> ! {
     static EXECUTOR: StaticCell<Executor> = StaticCell::new();
     let Some(executor) = EXECUTOR.try_init(Executor::new(core::ptr::null_mut())) else {
-        // It is free: this runs once.
-        loop {
-            sleep();
-        }
+        hang()
     };
     let executor: &'static Executor = executor;
     start(executor.spawner());
@@ -101,6 +98,15 @@ extern "C" fn thread() -> ! {
 fn sleep() {
     cortex_m::asm::wfe();
     cortex_m::asm::isb();
+}
+
+/// Where the start cannot go on, which the watchdog ends: room that this alone takes is taken, or what the scene says of a sensor does not
+/// fit the board. It returns to nobody, so nothing that is set up is taken down.
+#[cold]
+fn hang() -> ! {
+    loop {
+        sleep();
+    }
 }
 
 /// Ends the sleep: how the executor is told that a task was woken.
@@ -148,7 +154,7 @@ fn start(spawner: Spawner) {
     let led = indicator::Led::new(p.PA5);
     let button = indicator::Button::new(p.PC13);
 
-    let Some(sensing) = sensing() else { return };
+    let Some(sensing) = sensing() else { hang() };
     let mut storage = Store::new(storage::Region::new(p.FLASH));
     let mut overrides = Overrides::default();
     let mut identified = None;
@@ -170,16 +176,12 @@ fn start(spawner: Spawner) {
         encoder,
         sampling,
     };
-    let Some((samples, coordinator)) =
-        launch(chip, reset, sensing, overrides, identified, &mut fault)
-    else {
-        return;
-    };
+    let (samples, coordinator) = launch(chip, reset, sensing, overrides, identified, &mut fault);
     if let Some(fault) = fault {
         let _ = tasks::NOTICES.try_send(Notice::Fault(fault));
     }
-    let Ok((sender, receiver)) = serial::open(p.LPUART1, p.PA2, p.PA3) else {
-        return;
+    let Some((sender, receiver)) = serial::open(p.LPUART1, p.PA2, p.PA3) else {
+        hang()
     };
     spawn(spawner, watchdog::supervise(watchdog));
     spawn(spawner, console::listen_rtt());
@@ -214,9 +216,11 @@ fn launch(
     set: Overrides,
     identified: Option<Identified>,
     fault: &mut Option<Fault>,
-) -> Option<(control::Samples, &'static Shared<Coordinator<Active>>)> {
+) -> (control::Samples, &'static Shared<Coordinator<Active>>) {
     static COORDINATOR: StaticCell<Shared<Coordinator<Active>>> = StaticCell::new();
-    let joint = Active::joint_sensor().inspect_err(bad_configuration).ok()?;
+    let Ok(joint) = Active::joint_sensor().inspect_err(bad_configuration) else {
+        hang()
+    };
     let (drive, set) = match drive::<Active>(&set, identified.as_ref()) {
         Ok(drive) => (drive, set),
         Err(wrong) => {
@@ -234,10 +238,14 @@ fn launch(
     if let Some(identified) = identified {
         coordinator.set_identified(identified);
     }
-    let coordinator = COORDINATOR.try_init(Shared::new(coordinator))?;
+    let Some(coordinator) = COORDINATOR.try_init(Shared::new(coordinator)) else {
+        hang()
+    };
     let controller = controller(&drive, reset);
-    let samples = control::start(chip, controller, joint)?;
-    Some((samples, coordinator))
+    let Some(samples) = control::start(chip, controller, joint) else {
+        hang()
+    };
+    (samples, coordinator)
 }
 
 // Not inlined: it is moved as a whole then, not field by field.

@@ -2,7 +2,7 @@
 
 use embassy_stm32::peripherals::{self, PA2, PA3};
 use embassy_stm32::usart::{
-    BufferedInterruptHandler, BufferedUart, BufferedUartRx, BufferedUartTx, Config, ConfigError,
+    BufferedInterruptHandler, BufferedUart, BufferedUartRx, BufferedUartTx, Config,
 };
 use embassy_stm32::{Peri, bind_interrupts};
 use static_cell::ConstStaticCell;
@@ -18,15 +18,12 @@ pub const SEND_BYTES: usize = 128;
 /// which is answered.
 const RECEIVE_BYTES: usize = 128;
 
-/// Opens the port, once.
-///
-/// # Errors
-/// Never with this configuration.
+/// Opens the port: `None` the second time, and otherwise never with this configuration.
 pub fn open(
     port: Peri<'static, peripherals::LPUART1>,
     tx: Peri<'static, PA2>,
     rx: Peri<'static, PA3>,
-) -> Result<(BufferedUartTx<'static>, BufferedUartRx<'static>), ConfigError> {
+) -> Option<(BufferedUartTx<'static>, BufferedUartRx<'static>)> {
     static SEND: ConstStaticCell<[u8; SEND_BYTES]> = ConstStaticCell::new([0; SEND_BYTES]);
     static RECEIVE: ConstStaticCell<[u8; RECEIVE_BYTES]> = ConstStaticCell::new([0; RECEIVE_BYTES]);
     let mut config = Config::default();
@@ -38,10 +35,11 @@ pub fn open(
         port,
         rx,
         tx,
-        SEND.take(),
-        RECEIVE.take(),
+        SEND.try_take()?,
+        RECEIVE.try_take()?,
         Interrupts,
         config,
-    )?;
-    Ok(port.split())
+    )
+    .ok()?;
+    Some(port.split())
 }

@@ -16,12 +16,13 @@ const LIFT: f32 = 8.507_059e37;
 pub fn ln(x: f32) -> f32 {
     // NaN becomes the smallest number: its comparison fails.
     let x = x.at_least(f32::MIN_POSITIVE).at_most(f32::MAX);
-    // By path: on a PC a method call would find the standard library's.
-    if x < 1.0 {
-        F32Ext::ln(x * LIFT) - 126.0 * LN_2
+    let (lifted, lift) = if x < 1.0 {
+        (x * LIFT, 126.0 * LN_2)
     } else {
-        F32Ext::ln(x)
-    }
+        (x, 0.0)
+    };
+    // By path: on a PC a method call would find the standard library's.
+    F32Ext::ln(lifted) - lift
 }
 
 #[cfg(test)]
