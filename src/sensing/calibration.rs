@@ -152,7 +152,7 @@ impl Calibration {
             stiffening_per_nm: found.stiffening_per_nm,
             stiffening_sigma_per_nm: (sqrt(misfit.at_least(1.0)) * found.stiffening_sigma_per_nm)
                 .at_most(self.stiffening_sigma_per_nm),
-            // The joints stand meanwhile.
+            // The joints stand meanwhile, and what pins have told of them stays: the factor moves little once they have.
             ..*self
         })
     }
@@ -185,20 +185,22 @@ impl Calibration {
         self.joint_correlation *= narrower;
     }
 
-    /// Moves what pins have told to another closing speed. The worm's efficiency, which is part of the torque factor and of the cable's twist
-    /// per nominal torque, is expected to differ by `share` there; what no pin has told is expected of every speed, and the cable with it.
-    /// Returning to the old speed does not narrow the deviations.
+    /// Moves what was measured to another closing speed. The worm's efficiency, which is part of the torque factor and of the cable's twist
+    /// per nominal torque, is expected to differ by `share` there. A factor that no pin has told is expected of every speed, and so is a
+    /// cable that nothing has. Returning to the old speed does not narrow the deviations.
     pub(super) fn change_speed(&mut self, share: f32) {
-        if self.contacts == 0 {
+        if self.contacts == 0 && self.presses == 0 {
             return;
         }
         // A change back to the old speed undoes this one.
         let other = (1.0 + 0.5 * share) / (1.0 - 0.5 * share);
-        self.torque_factor *= other;
-        self.cable_rad_per_nm *= other;
         let doubt = SPEED_DOUBT * share.abs();
-        self.widen_to(self.torque_factor_sigma + doubt);
+        self.cable_rad_per_nm *= other;
         self.cable_sigma_rad_per_nm += doubt * self.cable_rad_per_nm;
+        if self.contacts > 0 {
+            self.torque_factor *= other;
+            self.widen_to(self.torque_factor_sigma + doubt);
+        }
     }
 
     /// Takes what the motor's back-EMF tells of its torque constant, as long as no pin has told the torque factor.

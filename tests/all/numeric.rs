@@ -197,5 +197,10 @@ proptest! {
         if let Some([[a, b]]) = solve([[y, x], [x, 1.0]], [[1.0, y]]) {
             prop_assert!(a.is_finite() && b.is_finite());
         }
+        // It does solve what can be.
+        let tilted = sin_cos(x).0;
+        if tilted.is_finite() {
+            prop_assert!(solve([[2.0, tilted], [tilted, 2.0]], [[1.0, 0.0]]).is_some());
+        }
     }
 }

@@ -3,6 +3,7 @@
 //! Fingers drawn from the spreads close on nothing and on something; every closing is simulated once and judged with every
 //! choice.
 
+use palpate::drive::fault::Fault;
 use palpate::finger::Mechanics;
 use palpate::scene::Scene;
 use palpate_document::table::head;
@@ -18,7 +19,7 @@ use crate::experiments::judge::length_m;
 use crate::experiments::live::{Failure, Setup};
 use crate::experiments::result::Place;
 use crate::experiments::session::{Case, Session};
-use crate::score::{Scores, Trial};
+use crate::score::{Contact, Scores, Trial};
 
 /// Choices of the setting, false contacts per thousand closings.
 pub const CHOICES: [f32; 6] = [100.0, 10.0, 1.0, 0.1, 0.01, 0.001];
@@ -83,14 +84,47 @@ struct Each {
     contacts: usize,
 }
 
-fn finger<S: Simulated>(plan: &Plan, seed: u64, each: Each) -> Result<Trials, Failure> {
+/// A closing that the firmware did not end: felt where there was nothing, not felt where there was something.
+fn unended(phalanx: Option<u8>) -> [Trial; CHOICES.len()] {
+    let truth = phalanx.map(|phalanx| Contact {
+        phalanx,
+        k_m: f64::NAN,
+        length_m: f64::NAN,
+        time_s: f64::INFINITY,
+    });
+    let touched_s = truth.is_none().then_some(0.0);
+    [Trial {
+        truth,
+        touched_s,
+        ..Trial::default()
+    }; CHOICES.len()]
+}
+
+/// The trials of a finger, and the last fault, which is one of the trials.
+fn finger<S: Simulated>(
+    plan: &Plan,
+    seed: u64,
+    each: Each,
+) -> Result<(Trials, Option<Fault>), Failure> {
     let parameters = plan.of(S::NAME).map_err(palpate_simulation::Error::Plant)?;
     let mut session = Session::<S>::new(&parameters.randomised(seed), &Setup::default(), seed)?;
     let mut random = Pcg64Mcg::seed_from_u64(seed ^ 0x00fa_15e0);
     let mut trials = Trials::new();
+    let mut switched_off = None;
+    let mut take = |session: &mut Session<S>, closed: Result<Case, Failure>, phalanx| {
+        trials.push(match closed {
+            Ok(case) => judged(session, &case)?,
+            Err(Failure::Fault(fault)) => {
+                switched_off = Some(fault);
+                unended(phalanx)
+            }
+            Err(failure) => return Err(failure),
+        });
+        Ok(())
+    };
     for _ in 0..each.closings {
-        let case = session.free_closing()?;
-        trials.push(judged(&mut session, &case)?);
+        let closed = session.free_closing();
+        take(&mut session, closed, None)?;
     }
     let [unsprung, sprung] = POSTURES_RAD;
     let postures = if parameters.finger.spring_nm_per_rad[0] > 0.0 {
@@ -101,17 +135,17 @@ fn finger<S: Simulated>(plan: &Plan, seed: u64, each: Each) -> Result<Trials, Fa
     for phalanx in [first_touching::<S>(), S::PHALANGES] {
         let length_m = length_m::<S>(phalanx)?;
         for _ in 0..each.contacts {
-            let case = closing(&mut session, || Wanted {
+            let closed = closing(&mut session, || Wanted {
                 object: random_cylinder(&mut random),
                 phalanx,
                 k_m: length_m * random.random_range(0.05..0.95),
                 theta_1_rad: random.random_range(postures.clone()),
                 any_first: false,
-            })?;
-            trials.push(judged(&mut session, &case)?);
+            });
+            take(&mut session, closed, Some(phalanx))?;
         }
     }
-    Ok(trials)
+    Ok((trials, switched_off))
 }
 
 /// The first phalanx that can touch anything.
@@ -137,10 +171,15 @@ fn study_of<S: Simulated>(plan: &Plan, closings: usize, contacts: usize) -> Stud
     };
     let first = plan.seed + SEEDS;
     let label = format!("{} {}", S::NAME, world(&plan.place));
-    let (found, failed) = fingers::each(&label, first..first + fingers, |seed| {
-        finger::<S>(plan, seed, each)
+    let (found, mut failed) = fingers::each(&label, first..first + fingers, |seed| {
+        Ok((seed, finger::<S>(plan, seed, each)?))
     });
-    let all: Trials = found.into_iter().flatten().collect();
+    let mut all = Trials::new();
+    for (seed, (trials, switched_off)) in found {
+        all.extend(trials);
+        let unfelt = |fault| (seed, Failure::Unfelt(Box::new(Failure::Fault(fault))));
+        failed.extend(switched_off.map(unfelt));
+    }
     let row = |index: usize| {
         let trials: Vec<Trial> = all.iter().map(|trials| trials[index]).collect();
         let on = |phalanx: u8| {

@@ -301,6 +301,7 @@ const WRITTEN: [&str; 3] = ["workshop", "workshop@mujoco", "ideal"];
 /// The tables into the documents, with the fingerprint of the code that made them.
 fn write(seed: u64, quick: bool) -> Outcome {
     let (mut all, mut calibrations) = (Vec::new(), Vec::new());
+    let mut left_out = 0;
     for world in WRITTEN {
         let plan = plan(world, None, seed, quick || world == "ideal")?;
         // Ablation and sensitivity compare causes in one world; the other engine would tell the same at a higher price.
@@ -312,12 +313,18 @@ fn write(seed: u64, quick: bool) -> Outcome {
         for job in &failed {
             eprintln!("{world}, {}: {}", job.name, job.failure);
         }
+        left_out += failed.iter().filter(|job| job.failure.leaves_out()).count();
         all.extend(rows);
         let (fingers, failed) = calibration::study(&plan);
         for (seed, failure) in &failed {
             eprintln!("{world}, calibration of finger {seed}: {failure}");
         }
         calibrations.push((plan.place, calibration::Summary::of(&fingers)));
+    }
+    if left_out > 0 {
+        return Err(
+            format!("nothing is written: {left_out} of the experiments lack closings").into(),
+        );
     }
     let code = fingerprint::fingerprint()?;
     for (file, body) in document::bodies(&all, &calibrations) {
@@ -336,7 +343,10 @@ fn figures(directory: &Path, plan: &job::Plan) -> Outcome {
     bar.inc(1);
     figures::simulated(directory, plan)?;
     bar.inc(1);
-    let study = bar.suspend(|| calibration::study(plan).0);
+    let (study, failed) = bar.suspend(|| calibration::study(plan));
+    for (seed, failure) in &failed {
+        bar.suspend(|| eprintln!("calibration of finger {seed}: {failure}"));
+    }
     figures::calibration(directory, &study)?;
     bar.finish_and_clear();
     println!("figures are in {}", directory.display());

@@ -37,12 +37,19 @@ fn print<E: Display>(
     table: impl FnOnce() -> String,
     failed: &[(u64, E)],
 ) {
+    let is_json = lines.is_some();
     match lines {
         Some(lines) => lines.into_iter().for_each(|line| println!("{line}")),
         None => println!("{}", table()),
     }
     for (seed, error) in failed {
-        eprintln!("{what}, finger {seed}: {error}");
+        if is_json {
+            let reason = error.to_string();
+            let failure = serde_json::json!({"type": "failure", "experiment": what, "finger": seed, "reason": reason});
+            println!("{failure}");
+        } else {
+            eprintln!("{what}, finger {seed}: {error}");
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 //! object is held; and contacts that nothing happens to.
 
 use crate::disturbance::{Disturbance, Happened, What, When};
-use crate::places::calibrated;
+use crate::places::{calibrated, fitting};
 use crate::{Error, Outcome, Simulated, Verdict};
 use palpate::sensing::{Change, Followed};
 use palpate_plant::{Grasp, Shape, World};
@@ -270,8 +270,9 @@ pub fn finger<S: Simulated>(
             if let Some(error) = refused {
                 return Err(error.into());
             }
-            // Not every object fits between the open finger and its place.
-            let Ok(outcome) = outcome else { continue };
+            let Some(outcome) = fitting(outcome)? else {
+                continue;
+            };
             let happened = disturbance.happened();
             tell(grasp, name, happened, &outcome);
             if when == When::Never {

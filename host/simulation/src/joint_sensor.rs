@@ -1,9 +1,9 @@
 //! Places told with and without a sensor at joint 2, next to the truth: drawn fingers, calibrated on pins.
 
-use crate::places::{PIN_SHARES, anew, calibrated, drawn};
+use crate::places::{PIN_SHARES, anew, calibrated, drawn, fitting};
 use crate::{Error, Simulated, Verdict};
 use palpate::sensing::NotLocated;
-use palpate_plant::World;
+use palpate_plant::{Contact, World};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 use std::ops::Range;
@@ -45,28 +45,27 @@ impl Score {
 /// The world does not suit the scene; the sequence refused.
 pub fn finger<S: Simulated>(world: &World, seed: u64, grasps: usize) -> Result<Vec<Score>, Error> {
     let (simulation, _, length_m) = calibrated::<S>(world, seed, PIN_SHARES)?;
-    let one = |posture_deg: &Range<f64>| {
+    let one = |posture_deg: &Range<f64>| -> Result<Score, Error> {
         let posture_rad = posture_deg.start.to_radians()..posture_deg.end.to_radians();
         let mut random = Pcg64Mcg::seed_from_u64(seed);
         let mut score = Score::default();
         for index in 0..grasps {
             let grasp = drawn::<S>(length_m, posture_rad.clone(), &mut random);
             let mut simulation = anew(&simulation, seed, index);
-            // Not every object fits between the open finger and its place.
-            if let Ok(outcome) = simulation.close(&grasp)
+            if let Some(outcome) = fitting(simulation.close(&grasp))?
                 && let Some(first) = outcome.first_contact
                 && first.contact.phalanx == S::PHALANGES
             {
-                score.take(outcome.verdict, first.contact.k_m, length_m);
+                score.take(outcome.verdict, &first.contact, length_m);
             }
         }
-        score
+        Ok(score)
     };
-    Ok(POSTURES.iter().map(one).collect())
+    POSTURES.iter().map(one).collect()
 }
 
 impl Score {
-    fn take(&mut self, verdict: Verdict, true_m: f64, length_m: f64) {
+    fn take(&mut self, verdict: Verdict, truth: &Contact, length_m: f64) {
         self.closings += 1;
         match verdict {
             Verdict::Located {
@@ -74,8 +73,8 @@ impl Score {
                 k_m,
                 sigma_m,
                 ..
-            } if phalanx > 1 => {
-                let place = [k_m - true_m, sigma_m].map(|metre| metre / length_m);
+            } if phalanx == truth.phalanx => {
+                let place = [k_m - truth.k_m, sigma_m].map(|metre| metre / length_m);
                 self.places.push(place);
             }
             Verdict::Ambiguous { .. } => self.ambiguous += 1,

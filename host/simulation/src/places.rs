@@ -1,6 +1,6 @@
 //! What studies of drawn fingers share: how they are calibrated, and how places that were told are summed up.
 
-use crate::{Error, Simulated, Simulation};
+use crate::{Error, Outcome, Simulated, Simulation};
 use palpate_plant::{Grasp, Parameters, Shape, World};
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -60,6 +60,18 @@ pub(crate) fn anew<S: Simulated>(
     let mut simulation = simulation.clone();
     simulation.reseed(seed.wrapping_mul(1_000_003) + index as u64);
     simulation
+}
+
+/// What came of a closing; `None` where the object does not fit between the open finger and its place.
+///
+/// # Errors
+/// Any other that the closing had.
+pub(crate) fn fitting(closed: Result<Outcome, Error>) -> Result<Option<Outcome>, Error> {
+    match closed {
+        Ok(outcome) => Ok(Some(outcome)),
+        Err(Error::Plant(_)) => Ok(None),
+        Err(error) => Err(error),
+    }
 }
 
 /// Deviations within which the truth should be in 95 of 100.

@@ -1,7 +1,7 @@
 //! Second contacts told next to the truth, on drawn grasps: power grasps, in which another phalanx presses too, and single
 //! contacts.
 
-use crate::places::{PIN_RAD, PIN_SHARES};
+use crate::places::{PIN_RAD, PIN_SHARES, fitting};
 use crate::{Error, Outcome, Row, Simulated, Simulation};
 use palpate::drive::config::Config;
 use palpate::drive::sequence::Motion;
@@ -278,10 +278,11 @@ pub fn finger_of<S: Simulated>(
         let grasp = drawn(lengths_m, &mut random);
         let mut simulation = simulation.clone();
         simulation.reseed(seed.wrapping_mul(1_000_003) + index as u64);
-        // Not every object fits between the open finger and its place.
         let mut second = Second::default();
         let closed = simulation.close_while(&grasp, |plant, _| second.advance(&plant.truth()));
-        let Ok(outcome) = closed else { continue };
+        let Some(outcome) = fitting(closed)? else {
+            continue;
+        };
         let Some(first) = outcome.first_contact.map(|first| first.contact.phalanx) else {
             continue;
         };

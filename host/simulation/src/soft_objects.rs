@@ -1,6 +1,6 @@
 //! Places and stiffnesses told of objects on springs, next to the truth: drawn fingers, calibrated on pins that are fixed.
 
-use crate::places::{PIN_SHARES, anew, calibrated, drawn};
+use crate::places::{PIN_SHARES, anew, calibrated, drawn, fitting};
 use crate::{Error, Simulated, Verdict};
 use palpate_plant::{Object, ObjectMount, World};
 use rand::SeedableRng;
@@ -57,8 +57,7 @@ pub fn finger<S: Simulated>(world: &World, seed: u64, grasps: usize) -> Result<V
                 stiffness_n_per_m: level.unwrap_or(parameters.object.stiffness_n_per_m),
                 ..parameters.object
             })?;
-            // Not every object fits between the open finger and its place.
-            let Ok(outcome) = simulation.close(&grasp) else {
+            let Some(outcome) = fitting(simulation.close(&grasp))? else {
                 continue;
             };
             let first = outcome.first_contact.map(|first| first.contact);

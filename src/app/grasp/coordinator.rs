@@ -237,6 +237,9 @@ impl<S: Scene> Coordinator<S> {
         if !matches!(self.sequence.state(), State::Probe | State::Hold) {
             return false;
         }
+        if settled {
+            self.hold.settle();
+        }
         let wanted_n = self.value(Setting::HoldForce);
         let limit_a = self.value(Setting::CurrentLimit);
         let current_a = self.hold.current_a(force_n, wanted_n);
@@ -274,7 +277,7 @@ impl<S: Scene> Coordinator<S> {
             State::Probe => self.hold.probing(status.current_a),
             _ => {}
         }
-        if motion.changed == Some((State::Probe, State::Hold)) {
+        if motion.changed == Some((State::Probe, State::Hold)) && !self.hold.is_settled() {
             // Until the last word: with more, the finger would close on, and the force that is told would belong to another current.
             self.sequence.limit_holding_current(status.current_a);
         }

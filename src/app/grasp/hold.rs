@@ -13,17 +13,30 @@ const GAIN: f32 = 0.01;
 pub struct ForceHold {
     free_a: f32,
     probing_a: f32,
+    /// The last word on the contact has set the current that holds.
+    settled: bool,
 }
 
 impl ForceHold {
     /// Takes the current of a sample while closing. A contact adds little to the mean until it is detected.
     pub fn closing(&mut self, current_a: f32) {
+        self.settled = false;
         self.free_a += GAIN * (current_a - self.free_a);
     }
 
     /// Takes the current while probing. Once the motor holds, its current says nothing of the force: the worm stands.
     pub fn probing(&mut self, current_a: f32) {
         self.probing_a = current_a;
+    }
+
+    /// The last word on the contact sets the current that holds.
+    pub fn settle(&mut self) {
+        self.settled = true;
+    }
+
+    /// Whether it has done so since the closing.
+    pub fn is_settled(&self) -> bool {
+        self.settled
     }
 
     /// The current that holds `wanted_n`, whatever its limit, given that probing has reached the contact force `force_n`. None

@@ -142,11 +142,9 @@ impl Sequence {
         self.motion.holding_current_a = current_a;
     }
 
-    /// Lowers the current that holds to at most this, ampere, while the contact is not judged. Takes effect with the next step.
+    /// Lowers the current that holds to at most this, ampere. Takes effect with the next step.
     pub fn limit_holding_current(&mut self, current_a: f32) {
-        if !self.judged {
-            self.motion.holding_current_a = self.motion.holding_current_a.at_most(current_a);
-        }
+        self.motion.holding_current_a = self.motion.holding_current_a.at_most(current_a);
     }
 
     /// There is a friction record.

@@ -43,7 +43,7 @@ pub struct PathPoint {
     pub compliance_rad_per_nm: f32,
     /// Derivative of that slope by the share of the torque that is lost at each joint beyond the first ([`Mechanics::JOINT_LOSS`]), radian
     /// per newton metre. Contact friction is left out: with a coefficient of 0.3 it is 0.5 to 0.8 of the whole on a finger of two
-    /// phalanges, and exact without.
+    /// phalanges, and without it 0.85 to 0.95, because the contact moves less as well.
     pub compliance_by_loss_rad_per_nm: f32,
     /// Derivative of `rotation_rad` by that share of the torque's rise, at this torque, radian. Not for a finger that is
     /// [held at a stop](Mechanics::HOLDS): there the share of what was overcome counts as well.

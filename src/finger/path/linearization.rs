@@ -30,7 +30,7 @@ pub(super) struct Linearization<const N: usize> {
     /// Coefficient of contact friction.
     pub(super) friction: f32,
     /// Change of each joint's torque since contact per unit of friction in its bearings. In a finger whose joints turned before: 2 where a
-    /// joint turns back, else 0. In one that stood at its stops: -1 where a joint closes, 1 where it opens.
+    /// joint turns back or a pulley still keeps it from that, else 0. In one that stood at its stops: -1 where a joint closes, 1 where it opens.
     pub(super) braking: [f32; N],
     /// 1 for each joint that the contact has an arm about, 0 beyond.
     pub(super) loaded: [f32; N],
@@ -237,7 +237,10 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
             rubbing,
             pressing,
             friction: self.friction,
-            braking: (at.delta).map(|delta| if delta < 0.0 { 1.0 } else { -1.0 } + self.rubbed()),
+            braking: core::array::from_fn(|m| {
+                let back = at.delta[m] < 0.0 || self.back[m] > 0.0;
+                self.rubbed() + if back { 1.0 } else { -1.0 }
+            }),
             loaded,
             phi,
             torques,

@@ -144,7 +144,13 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
 /// that is not theirs. Without pins f tells of the motor alone.
 pub(in crate::sensing) fn springs(calibration: &Calibration, measured: Option<f32>) -> [f32; 2] {
     if let Some(scale) = measured {
-        return [scale, MEASURED * scale];
+        // Without pins each curve has its own f, and the scale was measured with that of one.
+        let own = if calibration.contacts > 0 {
+            0.0
+        } else {
+            calibration.torque_factor_sigma
+        };
+        return [scale, scale * sqrt(MEASURED * MEASURED + own * own)];
     }
     let mean = if calibration.contacts > 0 {
         exp(-SPRING_SHARE * ln(calibration.torque_factor))

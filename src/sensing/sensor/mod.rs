@@ -129,11 +129,15 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     }
 
     /// Other settings, from the next sample on: a closing under way goes on with them. At another speed what was calibrated is less
-    /// sure.
+    /// sure, and a contact that is still judged is dropped, as by [`Self::set_calibration`]; so it is with another contact friction.
     pub fn set_settings(&mut self, settings: Settings) {
         let state = &mut self.state;
-        let before = core::mem::replace(&mut state.settings, settings).speed_rad_per_s;
+        let before = core::mem::replace(&mut state.settings, settings);
+        let (before, friction) = (before.speed_rad_per_s, before.contact_friction);
         let now = state.settings.speed_rad_per_s;
+        if before != now || friction != state.settings.contact_friction {
+            self.stage = Stage::Idle;
+        }
         // Approximate the logarithm of the speeds' ratio (0.91 for 0.98 at a ratio of 2.7); exactly 0 where the speed stays.
         let change = (now - before) / (0.5 * (now + before));
         let share = state.drivetrain.efficiency_per_speed * change;

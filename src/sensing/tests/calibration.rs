@@ -189,12 +189,15 @@ fn at_another_speed_what_was_told_is_less_sure_and_nothing_else_is() {
     let mut assumed = START;
     assumed.change_speed(0.1);
     assert_eq!(assumed, START);
-    // So is a torque factor that no pin has told, and with it the cable of a press.
+    // So is a torque factor that no pin has told; the cable of a press was measured at this speed.
     let pressed = Calibration {
         contacts: 0,
         ..before
     };
-    let mut slower = pressed;
-    slower.change_speed(0.1);
-    assert_eq!(slower, pressed);
+    let mut faster = pressed;
+    faster.change_speed(0.1);
+    assert_eq!(faster.torque_factor, pressed.torque_factor);
+    assert_eq!(faster.torque_factor_sigma, pressed.torque_factor_sigma);
+    assert_eq!(faster.cable_rad_per_nm, told.cable_rad_per_nm);
+    assert_eq!(faster.cable_sigma_rad_per_nm, told.cable_sigma_rad_per_nm);
 }

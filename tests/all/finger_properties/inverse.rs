@@ -86,6 +86,7 @@ pub fn monotone<const N: usize>(
         .proximal_compliance(&posture, torque)
         .expect("stable");
     let mut before = None;
+    let mut pressed = 0;
     for i in 1..=60u8 {
         let k_m = length * f32::from(i) / 60.0;
         if !presses(finger, &posture, torque, phalanx, k_m) {
@@ -112,7 +113,9 @@ pub fn monotone<const N: usize>(
             );
         }
         before = Some((k_m, c));
+        pressed += 1;
     }
+    prop_assert!(pressed > 0, "no place presses");
     Ok(())
 }
 

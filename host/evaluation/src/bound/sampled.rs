@@ -197,19 +197,23 @@ pub fn first_posterior<S: Scene>(
 #[must_use]
 pub fn markdown(posteriors: &[FirstPosterior]) -> String {
     let mut out = head(
-        "scene | pins: error, % | claimed, % | within 2σ, % | ours: located | error, % | claimed, % | within 2σ, % \
-         | a press: error, % | claimed, % | within 2σ, % | ours: located | error, % | claimed, % | within 2σ, %",
+        "scene | pins: error, % | claimed, % | within 2σ | ours: located | error, % | claimed, % | within 2σ \
+         | a press: error, % | claimed, % | within 2σ | ours: located | error, % | claimed, % | within 2σ",
     );
-    let told = |told: &Told| {
+    // A handful of contacts: of so few a share would say more than there is.
+    let told = |told: &Told, number: usize| {
         format!(
-            "| {:.2} | {:.2} | {:.0} ",
-            told.error_pct, told.claimed_pct, told.within2_pct
+            "| {:.1} | {:.1} | {:.0}/{number} ",
+            told.error_pct,
+            told.claimed_pct,
+            told.within2_pct * number as f64 / 100.0
         )
     };
     for of in posteriors {
         out.push_str(&format!("| {} ", of.scene));
         for both in [of.pins, of.press] {
-            let [exact, ours] = [both.exact, both.ours].map(|of| told(&of));
+            let [exact, ours] = [(both.exact, of.contacts), (both.ours, both.located)]
+                .map(|(of, number)| told(&of, number));
             out.push_str(&format!("{exact}| {}/{} {ours}", both.located, of.contacts));
         }
         out.push_str("|\n");

@@ -112,7 +112,7 @@ pub(super) fn job<S: Simulated + 'static>(
                 for index in 0..closings {
                     found.extend(unfelt(experiment, next(index, &mut random).phalanx));
                 }
-                return Err(failure);
+                return Err(Failure::Unfelt(Box::new(failure)));
             }
         };
         let mut ended = Ok(());
@@ -122,7 +122,7 @@ pub(super) fn job<S: Simulated + 'static>(
                 // What the firmware could not end counts as a contact that was not felt.
                 Err(Failure::Fault(fault)) => {
                     found.extend(unfelt(experiment, next(index, &mut random).phalanx));
-                    ended = Err(Failure::Fault(fault));
+                    ended = Err(Failure::Unfelt(Box::new(Failure::Fault(fault))));
                 }
                 Err(failure) => return Err(failure),
             }

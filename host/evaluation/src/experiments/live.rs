@@ -53,6 +53,16 @@ pub enum Failure {
     Fault(palpate::drive::fault::Fault),
     /// A motion ended without what it was for.
     Missing(&'static str),
+    /// Any of these, of a finger whose contacts count all the same: as not felt.
+    Unfelt(Box<Failure>),
+}
+
+impl Failure {
+    /// Whether what was to be done is left out of the figures.
+    #[must_use]
+    pub fn leaves_out(&self) -> bool {
+        !matches!(self, Self::Unfelt(_))
+    }
 }
 
 impl std::fmt::Display for Failure {
@@ -61,6 +71,7 @@ impl std::fmt::Display for Failure {
             Self::Simulation(error) => write!(out, "{error}"),
             Self::Fault(fault) => write!(out, "the firmware switched off: {}", fault.name()),
             Self::Missing(what) => write!(out, "no {what}"),
+            Self::Unfelt(failure) => write!(out, "{failure}; its contacts count as not felt"),
         }
     }
 }

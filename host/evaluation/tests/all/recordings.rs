@@ -26,12 +26,15 @@ fn replayed(only: Option<&str>, uncalibrated: bool) -> Vec<World> {
 #[test]
 fn contacts_are_felt_in_time_and_placed_within_what_is_claimed() {
     let worlds = replayed(None, false);
+    let (mut free, mut located) = (0, 0);
     for line in worlds.iter().flat_map(|world| &world.lines) {
         let trial = &line.trial;
         assert_eq!((line.problem, line.refused), (None, None), "{}", line.name);
         if line.class.calibrates() {
             continue;
         }
+        free += usize::from(line.class == Class::Free);
+        located += usize::from(trial.answer.place().is_some());
         assert!(!trial.is_early(), "{}: {trial:?}", line.name);
         match line.class {
             Class::Free => assert!(trial.is_clean(), "{}: {trial:?}", line.name),
@@ -58,6 +61,7 @@ fn contacts_are_felt_in_time_and_placed_within_what_is_claimed() {
             assert!(touched_s - contact.time_s < 0.1, "{}: {trial:?}", line.name);
         }
     }
+    assert_eq!((free, located), (2, 4), "closings on nothing, and places");
     let calibrated = worlds[0]
         .calibration
         .as_ref()
