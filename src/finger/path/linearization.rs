@@ -238,7 +238,13 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
             pressing,
             friction: self.friction,
             braking: core::array::from_fn(|m| {
-                let back = at.delta[m] < 0.0 || self.back[m] > 0.0;
+                // Not by the change so far where pulleys take something: while one holds a joint that is a fiction.
+                let taken = if loss > 0.0 {
+                    self.taken[m]
+                } else {
+                    at.delta[m]
+                };
+                let back = taken < 0.0;
                 self.rubbed() + if back { 1.0 } else { -1.0 }
             }),
             loaded,

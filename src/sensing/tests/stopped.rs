@@ -70,10 +70,23 @@ fn a_stop_after_the_last_word_tells_the_stiffness() {
     );
 }
 
-/// A calibration that is forgotten while a pin is still judged does not come back with that pin.
+/// What becomes of the sensing while a pin is still judged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Meanwhile {
+    Nothing,
+    /// A setting that no curve is judged by.
+    Sensitivity,
+    Forgotten,
+    Speed,
+    Friction,
+}
+
+/// A calibration that is forgotten while a pin is still judged does not come back with that pin, and a pin is not judged by two speeds or
+/// two contact frictions.
 #[test]
-fn what_is_forgotten_is_not_learned_by_a_pin_that_is_still_judged() {
-    for forget in [false, true] {
+fn a_pin_that_is_still_judged_is_dropped_where_what_it_is_judged_by_changes() {
+    use Meanwhile::{Forgotten, Friction, Nothing, Sensitivity, Speed};
+    for meanwhile in [Nothing, Sensitivity, Forgotten, Speed, Friction] {
         let (mut sensor, mut time_us) = recorded();
         let before = *sensor.calibration();
         sensor.direct(Directive::Calibrate {
@@ -86,9 +99,15 @@ fn what_is_forgotten_is_not_learned_by_a_pin_that_is_still_judged() {
             "{told:?}"
         );
         sensor.direct(Directive::Rest);
-        if forget {
-            assert!(sensor.set_calibration(before));
+        let mut settings = *sensor.settings();
+        match meanwhile {
+            Nothing => {}
+            Sensitivity => settings.false_contacts_per_thousand *= 10.0,
+            Forgotten => assert!(sensor.set_calibration(before)),
+            Speed => settings.speed_rad_per_s *= 1.2,
+            Friction => settings.contact_friction[0] += 0.1,
         }
+        sensor.set_settings(settings);
         let told = rest(&mut sensor, &mut time_us, 1.3);
         let is_told = (told.iter()).any(|event| {
             matches!(
@@ -96,9 +115,10 @@ fn what_is_forgotten_is_not_learned_by_a_pin_that_is_still_judged() {
                 Event::Calibrated { .. } | Event::CalibrationRefused { .. }
             )
         });
-        assert_eq!(is_told, !forget, "{told:?}");
-        if forget {
-            assert_eq!(*sensor.calibration(), before);
+        let stays = matches!(meanwhile, Nothing | Sensitivity);
+        assert_eq!(is_told, stays, "{meanwhile:?}: {told:?}");
+        if !stays {
+            assert_eq!(*sensor.calibration(), before, "{meanwhile:?}");
         }
     }
 }

@@ -36,11 +36,16 @@ fn holding(coordinator: &mut Coordinator<P70>) {
 
 /// The same after probing has ended with another current, ampere, at the end of the travel.
 fn holding_after(coordinator: &mut Coordinator<P70>, probed_a: f32) {
-    holding_told(coordinator, probed_a, None);
+    holding_told(coordinator, probed_a, None, false);
 }
 
-/// The same where probing ends with a last word, if there is one.
-fn holding_told(coordinator: &mut Coordinator<P70>, probed_a: f32, last: Option<&Event>) {
+/// The same with a last word while probing, if there is one, which may end it.
+fn holding_told(
+    coordinator: &mut Coordinator<P70>,
+    probed_a: f32,
+    last: Option<&Event>,
+    ends: bool,
+) {
     known(coordinator);
     coordinator.command(Command::Close).expect("at rest");
     let mut status = Status {
@@ -69,8 +74,9 @@ fn holding_told(coordinator: &mut Coordinator<P70>, probed_a: f32, last: Option<
     if let Some(last) = last {
         // In the order of the board: the event, then its notice.
         let _ = coordinator.event(last);
-        advance(coordinator, probed_a, Some(Notice::Settled));
-    } else {
+        advance(coordinator, probed_a, ends.then_some(Notice::Settled));
+    }
+    if !ends {
         position_counts.set(P70::CHECKED.scale().counts(P70::MOTION.travel_rad));
         advance(coordinator, probed_a, None);
     }
@@ -139,14 +145,22 @@ fn before_the_last_word_a_finger_is_held_with_no_more_than_it_was_probed_with() 
     assert!((held_a(&coordinator) - P70::MOTION.holding_current_a).abs() < 1e-6);
 }
 
-/// Where the last word ends probing its current is that of the force, though probing took less.
+/// Where the last word ends probing its current is that of the force, though probing took less; so it is where a second contact is looked
+/// for after it, until the travel ends.
 #[test]
 fn after_the_last_word_a_finger_is_held_with_what_its_force_needs() {
-    let mut coordinator = coordinator();
-    holding_told(&mut coordinator, 0.045, Some(&located(0.5)));
-    let expected_a = coordinator.hold.current_a(0.5, 1.0).expect("a load");
-    assert!(expected_a > 0.06, "{expected_a}");
-    assert!((held_a(&coordinator) - expected_a).abs() < 1e-6);
+    for ends in [true, false] {
+        let mut coordinator = coordinator();
+        holding_told(&mut coordinator, 0.045, Some(&located(0.5)), ends);
+        let expected_a = coordinator.hold.current_a(0.5, 1.0).expect("a load");
+        assert!(expected_a > 0.06, "{expected_a}");
+        assert!((held_a(&coordinator) - expected_a).abs() < 1e-6, "{ends}");
+        // That of the next grasp has not been told yet.
+        coordinator.command(Command::Stop).expect("never refused");
+        coordinator.advance(1_000_000, &Status::default(), None);
+        holding_after(&mut coordinator, 0.045);
+        assert!((held_a(&coordinator) - 0.045).abs() < 1e-6, "{ends}");
+    }
 }
 
 /// At most what the user allows; the last word says so where that is too little.
