@@ -4,7 +4,7 @@ use super::{closed, followed, light};
 use crate::finger::path::linearization::Linearization;
 use crate::finger::path::response::Responses;
 use crate::finger::{Contact, Direct, Finger, Mechanics, Parameters};
-use crate::scene::{Scene, Tendon2};
+use crate::scene::{Scene, Tendon2, Tendon3};
 use nalgebra::{DMatrix, DVector};
 
 /// Solves `H delta + p F = t` and `p . delta - a F = g` in f64 for the joints' changes and, last, the contact force.
@@ -130,4 +130,37 @@ fn friction_that_holds_a_lossy_finger_turns_it_no_way_back() {
             );
         }
     }
+}
+
+/// While a pulley keeps joint 2 of `tendon3` from turning back the changes of its joints have other signs than later: what bearing friction
+/// does to the rotation is the same before and after.
+#[test]
+fn what_bearings_take_does_not_jump_where_a_pulley_gives_way() {
+    let finger = Tendon3::MECHANISM;
+    let free = finger
+        .free_at_angle(1.8, &finger.rest())
+        .expect("a free finger");
+    let contact = Contact {
+        phalanx: 3,
+        k_m: 0.0135,
+        radius_m: 0.014,
+    };
+    let path = Mechanics::path(&finger, &free.configuration, free.torque_nm, contact);
+    let mut path = path.expect("a path");
+    finger.lose(&mut path);
+    let mut before = None;
+    let mut signs = [false; 2];
+    for step in 1..=60u8 {
+        let rise_nm = 0.5e-3 * f32::from(step);
+        let point = finger.follow(&mut path, rise_nm).expect("a point");
+        signs[usize::from(point.joints_rad[1] < 0.0)] = true;
+        let now = point.rotation_by_joint_friction_rad_per_nm;
+        let change = before.map_or(0.0, |before: f32| now / before - 1.0);
+        assert!(
+            change.abs() < 0.02,
+            "{rise_nm}: {now}, a change of {change}"
+        );
+        before = Some(now);
+    }
+    assert_eq!(signs, [true; 2], "it gives way");
 }
