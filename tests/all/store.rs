@@ -291,16 +291,20 @@ fn what_does_not_fit_is_said_and_harms_nothing() {
 
 #[test]
 fn a_page_that_is_worn_out_is_passed_over() {
-    for stuck in 0..PAGES {
+    for (worn, is_told) in (0..PAGES).flat_map(|page| [(page, false), (page, true)]) {
         // Whether it holds the last record, the one before, or is where the next save would go.
         let mut flash = filled(2, LONG);
-        flash.stuck = Some(stuck);
+        if is_told {
+            flash.refused = Some(worn);
+        } else {
+            flash.stuck = Some(worn);
+        }
         let mut bench = Bench::new(flash);
         for n in 2..30 {
             bench.save(&record(n, LONG)).unwrap();
             match bench.load() {
                 StoredRecord::Record(bytes, _) => assert_eq!(bytes, record(n, LONG)),
-                other => panic!("page {stuck}, save {n}: {other:?}"),
+                other => panic!("page {worn}, save {n}: {other:?}"),
             }
         }
     }

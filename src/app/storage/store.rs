@@ -272,9 +272,13 @@ impl<M: Memory> Store<M> {
         let mut result = Err(StoreError::NotKept);
         // The page of the old record is not among those that are tried.
         for _ in 1..PAGES {
+            // A page that fails may be worn out as well as one that does not keep what it took.
             let done = self.put(page, number, forget, &mut encode).await;
-            if done.is_err() || self.keeps(page, number) {
+            let kept = done.is_ok() && self.keeps(page, number);
+            if kept || done.is_err() {
                 result = done;
+            }
+            if kept {
                 break;
             }
             page = behind(page);

@@ -75,6 +75,8 @@ pub struct Flash {
     pub cut: Option<(usize, Cut)>,
     /// A page that is worn out: it takes nothing but zeros.
     pub stuck: Option<usize>,
+    /// The same where the controller says so.
+    pub refused: Option<usize>,
     off: bool,
     undisturbed: bool,
 }
@@ -88,6 +90,7 @@ impl Flash {
             erasing: Vec::new(),
             cut: None,
             stuck: None,
+            refused: None,
             off: false,
             undisturbed: false,
         }
@@ -191,7 +194,8 @@ impl Memory for Flash {
             _ => u64::from_le_bytes(word),
         };
         let word = self.words[index];
-        if !self.off && !word.is_erased() && data != 0 {
+        let is_refused = self.refused == Some(offset / PAGE);
+        if !self.off && (is_refused || !word.is_erased() && data != 0) {
             return Err(Failure::NotErased);
         }
         // Any code will do, as long as it is not that of an erased word.
