@@ -81,3 +81,50 @@ fn a_calibration_made_at_another_speed_claims_less() {
     assert_eq!(places.located, places.closings, "{places:?}");
     assert!(places.within + 1 >= places.located, "{places:?}");
 }
+
+/// So it is with the cable that a press has told, without any pin.
+#[test]
+fn the_cable_of_a_press_at_another_speed_is_that_of_the_speed() {
+    let mut places = Places::default();
+    for speed_rad_per_s in [0.05, 0.15, 0.6, 0.8] {
+        let mut simulation = Simulation::<P70>::new(&Parameters::default(), 1).unwrap();
+        simulation.prepare().unwrap();
+        let calibration = |simulation: &mut Simulation<P70>| {
+            let found = *simulation.slow().sensing.sensor().calibration();
+            assert_eq!((found.presses, found.contacts), (1, 0));
+            found
+        };
+        let before = calibration(&mut simulation);
+        let coordinator = &mut simulation.slow().coordinator;
+        let command = Command::Set(Setting::ClosingSpeed, speed_rad_per_s);
+        coordinator.command(command).unwrap();
+        simulation
+            .motion(Request::RecordFriction, Directive::Watch)
+            .unwrap();
+        let moved = calibration(&mut simulation);
+        // What a press at this speed tells.
+        let mut pressed = simulation.clone();
+        pressed
+            .motion(Request::Press, Directive::CalibrateCable)
+            .unwrap();
+        let found = *pressed.slow().sensing.sensor().calibration();
+        assert_eq!(found.presses, 2);
+        let off = found.cable_rad_per_nm - moved.cable_rad_per_nm;
+        println!(
+            "{speed_rad_per_s} rad/s: {:.3}, moved {:.3} +- {:.3}, found {:.3}",
+            before.cable_rad_per_nm,
+            moved.cable_rad_per_nm,
+            moved.cable_sigma_rad_per_nm,
+            found.cable_rad_per_nm
+        );
+        assert!(off.abs() < 2.0 * moved.cable_sigma_rad_per_nm);
+        for k_m in [0.02, 0.03, 0.05] {
+            let shape = Shape::Cylinder { diameter_m: 0.02 };
+            let grasp = Grasp::touching(2, k_m, 0.785, shape);
+            places.feel(&mut simulation, k_m, &grasp);
+        }
+    }
+    println!("{places:?}");
+    assert_eq!(places.located, places.closings, "{places:?}");
+    assert!(places.within + 1 >= places.located, "{places:?}");
+}
