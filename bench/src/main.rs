@@ -114,7 +114,8 @@ mod chip {
         exit(if good { EXIT_SUCCESS } else { EXIT_FAILURE });
         loop {
             cortex_m::asm::wfi();
-            cortex_m::asm::isb(); // src/board/mod.rs
+            // The errata ask for it: src/board/mod.rs.
+            cortex_m::asm::isb();
         }
     }
 

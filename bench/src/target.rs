@@ -32,7 +32,7 @@ const STEP_MAX: u32 = 4000;
 const LATENCY_MAX: u32 = 100;
 /// Nominal time to the watchdog's reset.
 const WATCHDOG_US: u32 = 100_000;
-/// 0.6 s.
+/// Time for the probe to find the log after a reset: 0.6 s at 170 MHz.
 const LOG_FOUND_CYCLES: u32 = 102_000_000;
 
 /// Says over a reset that the watchdog is awaited.
@@ -64,8 +64,8 @@ fn main() -> ! {
         let bit = cause == reset::Reset::Watchdog;
         tell("watchdog", bit, u32::from(bit), "1: the reset's cause");
         info!("target done");
-        // The log begins anew with a reset. probe-rs looks once in 100 ms: it lets go of the old log, then finds this one, unless the run
-        // has ended before.
+        // Wait for the probe: probe-rs looks at the log once in 100 ms. After a reset its first look lets go of the old log, and the next
+        // finds this one; a run that ends before is read no further.
         cortex_m::asm::delay(LOG_FOUND_CYCLES);
         leave(true)
     }

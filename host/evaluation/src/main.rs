@@ -6,8 +6,8 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use palpate_evaluation::experiments::{
-    ablation, calibration, catalogue, document, effects, fingerprint, following, job, joint_sensor,
-    result, run, sensitivity, soft_objects,
+    ablation, calibration, catalogue, effects, following, job, joint_sensor, result, run,
+    sensitivity, soft_objects,
 };
 use palpate_evaluation::{false_contacts, figures, recordings};
 use palpate_plant::{Engine, ObjectMount, World};
@@ -15,6 +15,7 @@ use palpate_plant::{Engine, ObjectMount, World};
 mod replay_command;
 mod scene;
 mod studies;
+mod written;
 
 type Outcome = Result<(), Box<dyn Error>>;
 
@@ -237,7 +238,7 @@ fn rows(plan: &job::Plan, jobs: &[job::Job]) -> (Vec<result::Row>, Vec<run::Inco
 
 fn experiments(options: &Experiments) -> Outcome {
     if options.write {
-        return write(options.seed, options.quick);
+        return written::write(options.seed, options.quick);
     }
     let mut plan = plan(&options.world, options.engine, options.seed, options.quick)?;
     if options.mount.is_some() {
@@ -291,44 +292,6 @@ fn experiments(options: &Experiments) -> Outcome {
     }
     if joint {
         studies::joint_sensor(&plan, options.json);
-    }
-    Ok(())
-}
-
-/// Worlds whose tables stand in the documents, those that the headline comes from first.
-const WRITTEN: [&str; 3] = ["workshop", "workshop@mujoco", "ideal"];
-
-/// The tables into the documents, with the fingerprint of the code that made them.
-fn write(seed: u64, quick: bool) -> Outcome {
-    let (mut all, mut calibrations) = (Vec::new(), Vec::new());
-    let mut left_out = 0;
-    for world in WRITTEN {
-        let plan = plan(world, None, seed, quick || world == "ideal")?;
-        // Ablation and sensitivity compare causes in one world; the other engine would tell the same at a higher price.
-        let jobs = match plan.world.engine {
-            Engine::Plant => everything(&plan),
-            Engine::Mujoco => catalogue::all(&plan),
-        };
-        let (rows, failed) = rows(&plan, &jobs);
-        for job in &failed {
-            eprintln!("{world}, {}: {}", job.name, job.failure);
-        }
-        left_out += failed.iter().filter(|job| job.failure.leaves_out()).count();
-        all.extend(rows);
-        let (fingers, failed) = calibration::study(&plan);
-        for (seed, failure) in &failed {
-            eprintln!("{world}, calibration of finger {seed}: {failure}");
-        }
-        calibrations.push((plan.place, calibration::Summary::of(&fingers)));
-    }
-    if left_out > 0 {
-        return Err(
-            format!("nothing is written: {left_out} of the experiments lack closings").into(),
-        );
-    }
-    let code = fingerprint::fingerprint()?;
-    for (file, body) in document::bodies(&all, &calibrations) {
-        document::write(&fingerprint::root().join(file), &code, &body)?;
     }
     Ok(())
 }

@@ -238,7 +238,8 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
             pressing,
             friction: self.friction,
             braking: core::array::from_fn(|m| {
-                // Not by the change so far where pulleys take something: while one holds a joint that is a fiction.
+                // Where pulleys take something, the sign of the change so far does not tell it: while a pulley keeps a joint from
+                // turning back, the path has it close on.
                 let taken = if loss > 0.0 {
                     self.taken[m]
                 } else {

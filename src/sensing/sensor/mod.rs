@@ -128,8 +128,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         &self.state.settings
     }
 
-    /// Other settings, from the next sample on: a closing under way goes on with them. At another speed what was calibrated is less
-    /// sure, and a contact that is still judged is dropped, as by [`Self::set_calibration`]; so it is with another contact friction.
+    /// Takes other settings, from the next sample on: a closing under way goes on with them. At another speed what was calibrated is less
+    /// sure. A contact that is still judged is dropped where the speed or the contact friction changes, as by [`Self::set_calibration`].
     pub fn set_settings(&mut self, settings: Settings) {
         let state = &mut self.state;
         let before = core::mem::replace(&mut state.settings, settings);

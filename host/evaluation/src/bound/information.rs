@@ -138,16 +138,22 @@ impl Known {
         TOP_SHARE * f64::from(self.settings.torque_limit_nm)
     }
 
+    /// Measured angles of a curve's points until the probing ends, radian. They are whole turns of the motor: a contact begins anywhere
+    /// within a point.
+    fn angles(&self, onset_rad: f64) -> Vec<f64> {
+        let width_rad = TURNS * self.turn_rad;
+        let first = (onset_rad / width_rad).floor() - LEAD as f64;
+        let way_rad = self.probing_rad.min(self.closed_rad - onset_rad);
+        let points = (way_rad / width_rad).max(0.0) as usize;
+        (0..LEAD + points)
+            .map(|index| width_rad * (first + index as f64 + 0.5))
+            .collect()
+    }
+
     /// The curve of a contact with these values: `None` where the contact slides off too soon, or another phalanx touches before it.
     pub(super) fn observed(&self, phalanx: usize, values: [f64; UNKNOWNS]) -> Option<Observed> {
         let onset_rad = values[ONSET];
-        let width_rad = TURNS * self.turn_rad;
-        // Whole turns of the motor: a contact begins anywhere within a point.
-        let first = (onset_rad / width_rad).floor() - LEAD as f64;
-        let angle_rad = |index: usize| width_rad * (first + index as f64 + 0.5);
-        let way_rad = self.probing_rad.min(self.closed_rad - onset_rad);
-        let points = (way_rad / width_rad).max(0.0) as usize;
-        let mut angles: Vec<f64> = (0..LEAD + points).map(angle_rad).collect();
+        let mut angles = self.angles(onset_rad);
         let shown = |end: End| self.excess_nm(phalanx, &values, &angles, end);
         let mut torques = shown(End::Top(self.top_nm()))?;
         let alone = shown(End::Alone(self.top_nm()))?.len();
@@ -156,8 +162,9 @@ impl Known {
         }
         torques.truncate(alone);
         angles.truncate(alone);
-        let samples = torques.iter().enumerate().map(|(index, &excess_nm)| {
-            self.sample(angle_rad(index), TURNS * index as f64, excess_nm)
+        let points = angles.iter().zip(&torques).enumerate();
+        let samples = points.map(|(index, (&angle_rad, &excess_nm))| {
+            self.sample(angle_rad, TURNS * index as f64, excess_nm)
         });
         let curve = Curve {
             samples: samples.collect(),
@@ -358,16 +365,10 @@ mod tests {
             let chosen = known.drawn(&mut random).unwrap();
             let values = known.means(&chosen);
             if let Some(observed) = known.observed(chosen.phalanx, values) {
-                let points = observed.angles.len();
-                let [last, before] =
-                    [1, 2].map(|back| observed.angles[points.saturating_sub(back)]);
-                let mut further = observed.angles;
-                further.push(2.0 * last - before);
+                let angles = known.angles(values[ONSET]);
                 let end = End::Top(known.top_nm());
-                let shown = known.excess_nm(chosen.phalanx, &values, &further, end);
-                // It would go on, and not because the probing is over.
-                break shown.unwrap().len() > points
-                    && last < chosen.onset_rad + 0.9 * known.probing_rad;
+                let whole = known.excess_nm(chosen.phalanx, &values, &angles, end);
+                break observed.angles.len() < whole.unwrap().len();
             }
         };
         (0..contacts).filter(is_cut).count()

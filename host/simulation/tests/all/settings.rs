@@ -59,27 +59,41 @@ fn every_closing_speed_records_friction_and_locates() {
     }
 }
 
+/// Sets another closing speed, and records friction at it.
+fn change_speed(simulation: &mut Simulation<P70>, speed_rad_per_s: f32) {
+    let command = Command::Set(Setting::ClosingSpeed, speed_rad_per_s);
+    simulation.slow().coordinator.command(command).unwrap();
+    simulation
+        .motion(Request::RecordFriction, Directive::Watch)
+        .unwrap();
+}
+
+/// Closes on a cylinder at three places of phalanx 2.
+fn feel(places: &mut Places, simulation: &mut Simulation<P70>) {
+    for k_m in [0.02, 0.03, 0.05] {
+        let shape = Shape::Cylinder { diameter_m: 0.02 };
+        let grasp = Grasp::touching(2, k_m, 0.785, shape);
+        places.feel(simulation, k_m, &grasp);
+    }
+}
+
+/// Every place is told, and all but one at most within two deviations.
+fn judge(places: &Places) {
+    println!("{places:?}");
+    assert_eq!(places.located, places.closings, "{places:?}");
+    assert!(places.within + 1 >= places.located, "{places:?}");
+}
+
 /// A worm is more efficient when it turns faster: what pins have told at one speed is less sure at another, and a place as well.
 #[test]
 fn a_calibration_made_at_another_speed_claims_less() {
     let mut places = Places::default();
     for speed_rad_per_s in [0.05, 0.15, 0.6, 0.8] {
         let mut simulation = calibrated_on_pins::<P70>(&Parameters::default(), 0.07, 0.785);
-        let coordinator = &mut simulation.slow().coordinator;
-        let command = Command::Set(Setting::ClosingSpeed, speed_rad_per_s);
-        coordinator.command(command).unwrap();
-        simulation
-            .motion(Request::RecordFriction, Directive::Watch)
-            .unwrap();
-        for k_m in [0.02, 0.03, 0.05] {
-            let shape = Shape::Cylinder { diameter_m: 0.02 };
-            let grasp = Grasp::touching(2, k_m, 0.785, shape);
-            places.feel(&mut simulation, k_m, &grasp);
-        }
+        change_speed(&mut simulation, speed_rad_per_s);
+        feel(&mut places, &mut simulation);
     }
-    println!("{places:?}");
-    assert_eq!(places.located, places.closings, "{places:?}");
-    assert!(places.within + 1 >= places.located, "{places:?}");
+    judge(&places);
 }
 
 /// So it is with the cable that a press has told, without any pin.
@@ -95,12 +109,7 @@ fn the_cable_of_a_press_at_another_speed_is_that_of_the_speed() {
             found
         };
         let before = calibration(&mut simulation);
-        let coordinator = &mut simulation.slow().coordinator;
-        let command = Command::Set(Setting::ClosingSpeed, speed_rad_per_s);
-        coordinator.command(command).unwrap();
-        simulation
-            .motion(Request::RecordFriction, Directive::Watch)
-            .unwrap();
+        change_speed(&mut simulation, speed_rad_per_s);
         let moved = calibration(&mut simulation);
         // What a press at this speed tells.
         let mut pressed = simulation.clone();
@@ -118,13 +127,7 @@ fn the_cable_of_a_press_at_another_speed_is_that_of_the_speed() {
             found.cable_rad_per_nm
         );
         assert!(off.abs() < 2.0 * moved.cable_sigma_rad_per_nm);
-        for k_m in [0.02, 0.03, 0.05] {
-            let shape = Shape::Cylinder { diameter_m: 0.02 };
-            let grasp = Grasp::touching(2, k_m, 0.785, shape);
-            places.feel(&mut simulation, k_m, &grasp);
-        }
+        feel(&mut places, &mut simulation);
     }
-    println!("{places:?}");
-    assert_eq!(places.located, places.closings, "{places:?}");
-    assert!(places.within + 1 >= places.located, "{places:?}");
+    judge(&places);
 }
