@@ -12,6 +12,8 @@ const SILENCE: Duration = Duration::from_secs(2);
 const RESTARTED_S: f64 = 0.1;
 /// What is told to have ended a motion then.
 const RESTART: &str = "restart";
+/// What is told where a fault has ended a motion and the line that names it has not come (a record may be dropped).
+const UNNAMED: &str = "its line did not come";
 
 /// Follows a recording to its end.
 #[derive(Debug, Default)]
@@ -57,16 +59,20 @@ impl Ending {
         self.last_s = event.time_s.or(self.last_s);
         match event.name.as_str() {
             "sequence done" if self.seconds.is_none() => self.done_s = event.time_s.or(self.done_s),
-            // A motion that a fault ends says no `sequence done`.
-            "fault" if self.moving => {
-                if self.seconds.is_none() {
-                    self.done_s = event.time_s.or(self.done_s);
-                }
-                self.fault = event.field("name").map(str::to_owned);
+            // Told right after the state that it leads to.
+            "fault" if self.fault.as_deref() == Some(UNNAMED) => {
+                self.fault = event.field("name").map(str::to_owned).or(self.fault.take());
             }
             "state" => {
-                let rests = |name| matches!(name, "idle" | "fault");
-                self.moving = event.field("name").is_some_and(|name| !rests(name));
+                let name = event.field("name").unwrap_or_default();
+                // A motion that a fault ends says no `sequence done`.
+                if name == "fault" && self.moving {
+                    if self.seconds.is_none() {
+                        self.done_s = event.time_s.or(self.done_s);
+                    }
+                    self.fault = Some(UNNAMED.to_owned());
+                }
+                self.moving = !matches!(name, "" | "idle" | "fault");
                 if self.moving {
                     (self.refused, self.refused_s) = (None, None);
                 }
@@ -163,12 +169,20 @@ mod tests {
         assert!(ending.over(2.5) && ending.refused().is_some() && ending.fault().is_none());
         let mut ending = after(&[
             "1.0 INFO state name=close from=home",
-            "2.0 ERROR fault number=12 name=stall",
             "2.0 INFO state name=fault from=close",
+            "2.0 ERROR fault number=12 name=stall",
+            // What comes later is none of this motion's.
+            "2.1 ERROR fault number=3 name=bridge",
         ]);
         ending.sample(2.0);
-        assert!(!ending.over(2.4) && ending.over(2.5));
+        assert!(!ending.over(2.4) && ending.over(2.5) && ending.patience().is_some());
         assert_eq!((ending.fault(), ending.refused()), (Some("stall"), None));
+        // The line that names it may be dropped: that the motion has failed is known all the same.
+        let ending = after(&[
+            "1.0 INFO state name=close from=home",
+            "2.0 INFO state name=fault from=close",
+        ]);
+        assert!(ending.fault().is_some() && ending.patience().is_some());
     }
 
     /// After a reset nothing goes on, and the samples have stopped.

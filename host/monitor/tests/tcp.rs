@@ -23,6 +23,11 @@ struct Emulator {
 
 impl Emulator {
     fn start() -> Option<Self> {
+        Self::start_with(&[])
+    }
+
+    /// The same with further options of `sim`.
+    fn start_with(options: &[&str]) -> Option<Self> {
         let Some(elf) = std::env::var_os("PALPATE_ELF") else {
             eprintln!("PALPATE_ELF is not set: nothing tested");
             return None;
@@ -36,6 +41,7 @@ impl Emulator {
             .args(["sim", "--keep-running", "--rtt-port", "0"])
             .args(["--commands", "status", "--elf"])
             .arg(&elf)
+            .args(options)
             .stdin(Stdio::piped())
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
@@ -140,6 +146,27 @@ fn a_refused_motion_ends_a_recording() {
         // Samples of the finger at rest, where there are some.
         let _ = std::fs::remove_file(&file);
     }
+}
+
+/// The firmware as it is says what has ended the motion, in whatever order it tells state and fault.
+#[test]
+fn a_fault_ends_a_recording_and_is_named() {
+    let Some(emulator) = Emulator::start_with(&["--fault", "stalled-rotor@0.05"]) else {
+        return;
+    };
+    let file = std::env::temp_dir().join(format!("palpate-fault-{}.csv", std::process::id()));
+    let ended = record_with(&file, &emulator.source(), &["trace on;run"]);
+    let told = String::from_utf8_lossy(&ended.stderr);
+    assert!(!ended.status.success(), "{told}");
+    let named = told
+        .lines()
+        .find_map(|line| line.split_once("a fault ended the motion: "))
+        .map(|(_, name)| name);
+    assert!(
+        named.is_some_and(|name| told.contains(&format!("name={name}"))),
+        "{told}"
+    );
+    std::fs::remove_file(&file).expect("samples came before it");
 }
 
 #[test]
