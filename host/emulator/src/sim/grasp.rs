@@ -28,6 +28,19 @@ impl Default for Object {
 }
 
 impl Object {
+    /// The pin of a calibration, at this distance from a phalanx's joint, metre; it is met where the wanted object would be.
+    #[must_use]
+    pub fn pin(phalanx: u8, k_m: f64, wanted: Option<Self>) -> Self {
+        let pin = Self::default();
+        Self {
+            phalanx,
+            // To a micrometre, as near as single precision has it.
+            contact_mm: (1e6 * k_m).round() * 1e-3,
+            theta_1_deg: wanted.map_or(pin.theta_1_deg, |wanted| wanted.theta_1_deg),
+            ..pin
+        }
+    }
+
     /// As the plant wants it.
     #[must_use]
     pub fn grasp(&self) -> Grasp {
@@ -40,5 +53,28 @@ impl Object {
             self.theta_1_deg.to_radians(),
             shape,
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_calibration_brings_its_own_pin() {
+        assert_eq!(Object::pin(2, 0.03, None), Object::default());
+        let wanted = Object {
+            phalanx: 1,
+            contact_mm: 20.0,
+            diameter_mm: 12.0,
+            theta_1_deg: 30.0,
+        };
+        let pin = Object {
+            phalanx: 3,
+            contact_mm: 40.0,
+            diameter_mm: 10.0,
+            ..wanted
+        };
+        assert_eq!(Object::pin(3, f64::from(0.04_f32), Some(wanted)), pin);
     }
 }

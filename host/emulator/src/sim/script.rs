@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! Script of the user's actions at the bench.
 
-use super::grasp::Object;
 use palpate::app::console::command::{Calibrate, Command};
 use palpate::app::console::settings::Setting;
 
@@ -57,33 +56,6 @@ impl Step {
     pub fn sets(&self) -> Option<(Setting, f32)> {
         match self.command() {
             Some(Command::Set(setting, value_si)) => Some((setting, value_si)),
-            _ => None,
-        }
-    }
-
-    /// What lies in the way is a pin, which stands firmly.
-    #[must_use]
-    pub fn calibrates(&self) -> bool {
-        matches!(self.command(), Some(Command::Calibrate(_)))
-    }
-
-    /// What lies in the way of a finger with so many phalanges when it closes: the object of this run, or the pin a calibration
-    /// names, on the last phalanx.
-    #[must_use]
-    pub fn object(&self, wanted: Option<Object>, phalanges: u8) -> Option<Object> {
-        match self.command() {
-            None if *self == Self::Button => wanted,
-            Some(Command::Run | Command::Close) => wanted,
-            Some(Command::Calibrate(Calibrate::At { k_m })) => {
-                let pin = Object::default();
-                Some(Object {
-                    phalanx: phalanges,
-                    // To a micrometre, as near as single precision has it.
-                    contact_mm: (1e6 * f64::from(k_m)).round() * 1e-3,
-                    theta_1_deg: wanted.map_or(pin.theta_1_deg, |wanted| wanted.theta_1_deg),
-                    ..pin
-                })
-            }
             _ => None,
         }
     }
@@ -147,14 +119,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_pin_stands_firmly_wherever_the_object_is() {
-        let calibrate = Step::Command("calibrate 30".into());
-        assert_eq!(calibrate.object(None, 2), Some(Object::default()));
-        assert!(calibrate.calibrates());
-        assert!(!Step::Command("run".into()).calibrates() && !Step::Button.calibrates());
-    }
-
-    #[test]
     fn a_calibration_is_a_script() {
         assert_eq!(
             Script::calibration(&[20.0, 45.5]),
@@ -163,33 +127,15 @@ mod tests {
     }
 
     #[test]
-    fn a_calibration_brings_its_own_pin() {
+    fn motions_are_awaited() {
         let script = Script::parse("record-friction; calibrate 40;run ; status; button");
-        let wanted = Object {
-            phalanx: 1,
-            contact_mm: 20.0,
-            diameter_mm: 12.0,
-            theta_1_deg: 30.0,
-        };
-        let objects: Vec<_> = script
-            .0
-            .iter()
-            .map(|step| step.object(Some(wanted), 3))
-            .collect();
-        let pin = Object {
-            phalanx: 3,
-            contact_mm: 40.0,
-            diameter_mm: 10.0,
-            ..wanted
-        };
-        assert_eq!(objects, [None, Some(pin), Some(wanted), None, Some(wanted)]);
         assert_eq!(script.0.iter().filter(|step| step.moves()).count(), 4);
     }
 
     /// A line means what it means to the firmware: any case, with its unit or without.
     #[test]
     fn a_line_is_read_as_the_firmware_reads_it() {
-        let pin = |text: &str| Script::parse(text).0[0].object(None, 2);
+        let pin = |text: &str| Script::parse(text).0[0].command();
         assert!(pin("calibrate 40").is_some());
         assert_eq!(pin("Calibrate 40mm"), pin("calibrate 40"));
         assert_eq!(pin("calibrate 40 mm"), pin("calibrate 40"));

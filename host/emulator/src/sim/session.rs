@@ -2,14 +2,17 @@
 //! A run from power-on to the end of the script, with the whole log of the firmware.
 
 mod ending;
+mod placing;
 
 use palpate::app::console::settings::Overrides;
-use palpate_plant::{Grasp, ObjectMount, Parameters, Truth};
+use palpate_plant::{Grasp, Parameters, Truth};
 
 use super::grasp::Object;
 use super::in_force;
 use super::script::{Script, Step};
 use super::trace::Trace;
+use placing::Closing;
+
 use crate::log::Line;
 use crate::machine::{Machine, Pause, Setup};
 use crate::time::{TICKS_PER_MS, Ticks};
@@ -81,8 +84,7 @@ pub struct Session<'f> {
     progress: Progress,
     release: Option<Ticks>,
     placed: bool,
-    /// The closing that follows presses on the closing stop.
-    presses: bool,
+    closing: Closing,
     /// Every log line so far.
     pub lines: Vec<Line>,
     /// What the simulation itself has to say.
@@ -130,7 +132,7 @@ impl<'f> Session<'f> {
             progress: Progress::Next(FIRST_STEP),
             release: None,
             placed: false,
-            presses: false,
+            closing: Closing::Grasp,
             lines: Vec::new(),
             notes: Vec::new(),
             resets: Vec::new(),
@@ -236,17 +238,21 @@ impl<'f> Session<'f> {
             }
             "calibrated" => self.calibrated_with = self.in_force,
             // Told right before the closing begins.
-            "calibrating" => self.presses = event.number("pin_m").is_none(),
+            "calibrating" => {
+                let pin_m = event.number("pin_m");
+                self.closing = pin_m.map_or(Closing::Press, |k_m| Closing::Pin { k_m });
+            }
             "state" => {
                 event
                     .field("name")
                     .unwrap_or_default()
                     .clone_into(&mut self.state);
                 match self.state.as_str() {
-                    // The finger closes to press on its closing stop: nothing may lie in its way.
-                    "close" if std::mem::take(&mut self.presses) => {}
                     // The finger is at its opening stop and about to close: now the object is put there.
-                    "close" => self.place()?,
+                    "close" => {
+                        let closing = std::mem::replace(&mut self.closing, Closing::Grasp);
+                        self.place(closing)?;
+                    }
                     // Whoever records friction takes the object away.
                     "record-closing" => {
                         if let Some(plant) = self.machine.plant_mut() {
@@ -289,41 +295,6 @@ impl<'f> Session<'f> {
         } else if answer.starts_with("forgotten") {
             self.in_force = Overrides::default();
         }
-    }
-
-    fn place(&mut self) -> Result<(), Error> {
-        let step = self
-            .next
-            .checked_sub(1)
-            .and_then(|n| self.settings.script.0.get(n));
-        let phalanges = self.settings.parameters.finger.length_m.len();
-        let phalanges = u8::try_from(phalanges).unwrap_or(u8::MAX);
-        let object = step.and_then(|step| step.object(self.settings.object, phalanges));
-        if let Some(plant) = self.machine.plant_mut()
-            && !self.placed
-        {
-            let held = self.settings.parameters.object;
-            let mount = if step.is_some_and(Step::calibrates) {
-                ObjectMount::Fixed
-            } else {
-                held.mount
-            };
-            plant.mount(&palpate_plant::Object { mount, ..held })?;
-            let grasp = object.map_or(Grasp::Free, |object| object.grasp());
-            match (plant.place(&grasp), object) {
-                // The firmware takes any place that some finger could have: that this one has not ends no run.
-                (Err(palpate_plant::Error::Contact(why)), Some(object)) => {
-                    let (at, phalanx) = (object.contact_mm, object.phalanx);
-                    self.notes.push(format!(
-                        "nothing can stand at {at} mm of phalanx {phalanx}, so the finger closes freely: {why}"
-                    ));
-                    plant.place(&Grasp::Free)?;
-                }
-                (placed, _) => placed?,
-            }
-            self.placed = true;
-        }
-        Ok(())
     }
 
     /// What the user does now.

@@ -112,3 +112,23 @@ fn factory_forgets_what_was_learnt() {
     until(&mut session, "state name=record-closing", 10.0);
     until(&mut session, "calibrated ", 30.0);
 }
+
+/// What a client of a port asks for meets what the script's own motions would: the object, or the pin that it names.
+#[test]
+fn a_closing_that_a_client_asks_for_meets_its_object() {
+    let Some(firmware) = firmware() else { return };
+    let mut session = session(&firmware, "status");
+    until(&mut session, "answer state idle", 2.0);
+    session.machine.command("run\n");
+    until(&mut session, "located phalanx=2", 60.0);
+    until(&mut session, "sequence done verdict=contact", 10.0);
+    session.machine.command("calibrate 50\n");
+    until(&mut session, "sequence done verdict=contact", 30.0);
+    let truth = session.truth_at_estimate.clone();
+    let met = truth.and_then(|truth| truth.first_contact);
+    assert!(
+        met.is_some_and(|met| (1e3 * met.contact.k_m - 30.0).abs() < 1.0),
+        "{met:?}"
+    );
+    assert_eq!(count(&session, "contacts=1 presses=1"), 1);
+}
