@@ -14,6 +14,8 @@ use palpate_emulator::sim::{Calibration, Session, Summary, event_json};
 use palpate_plant::Parameters;
 use serde_json::{Value, json};
 
+/// What is typed before everything else where a page is wanted: samples and settings stand in it.
+pub const FOR_THE_PAGE: [&str; 2] = ["trace on 2", "show"];
 /// Cells of the drawn phalanx.
 const CELLS: usize = 60;
 
@@ -68,10 +70,12 @@ impl Output {
                     self.write(&truth)?;
                 }
             }
-            // Samples and settings are for a page only, not for a reader.
-            let asked_for = self.events.is_some() && matches!(line.event().name, "sample")
-                || line.message.starts_with("answer") && self.events.is_some();
-            if self.form == Form::Text && !asked_for {
+            // What is asked for a page only is not for a reader; what the user's own commands are answered is.
+            let for_the_page = self.events.is_some()
+                && (line.event().name == "sample"
+                    || session.entered() <= FOR_THE_PAGE.len()
+                        && line.message.starts_with("answer"));
+            if self.form == Form::Text && !for_the_page {
                 self.progress
                     .suspend(|| anstream::println!("{}", coloured(line)));
             }

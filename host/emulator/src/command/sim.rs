@@ -14,7 +14,7 @@ use palpate_emulator::{Error, Firmware, Setup};
 use palpate_plant::{Engine, ObjectMount, Parameters, World};
 
 use super::live::{Pace, Typed};
-use super::output::{Form, Output};
+use super::output::{FOR_THE_PAGE, Form, Output};
 use super::ports::Ports;
 
 /// Options of `sim`.
@@ -192,8 +192,7 @@ fn script(options: &Options, parameters: &Parameters) -> Script {
         script.0.insert(0, typed(&set));
     }
     if options.events.is_some() {
-        script.0.insert(0, typed("show"));
-        script.0.insert(0, typed("trace on 2"));
+        script.0.splice(0..0, FOR_THE_PAGE.map(typed));
     }
     script
 }

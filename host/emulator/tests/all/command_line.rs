@@ -166,6 +166,33 @@ fn a_stiffness_of_springs_stands_beside_their_mount() {
     assert!(output.status.success(), "{output:?}");
 }
 
+/// Beside a page a reader sees what the own commands are answered, refusals above all, and not what the page asks for.
+#[test]
+fn beside_a_page_own_commands_are_answered() {
+    let Some(elf) = support::path(support::DEFAULT) else {
+        return;
+    };
+    let file = std::env::temp_dir().join(format!("palpate-events-{}", std::process::id()));
+    let mut call = Command::new(PROGRAM);
+    call.args(["sim", "--commands", "walk; calibrate 21; show", "--events"])
+        .arg(&file)
+        .arg("--elf")
+        .arg(elf);
+    let output = call.output().expect("the program starts");
+    let events = std::fs::read_to_string(&file).expect("the events");
+    std::fs::remove_file(&file).expect("the file is there");
+    let said = String::from_utf8_lossy(&output.stdout);
+    for told in ["answer error: n", "answer refused: no friction"] {
+        assert!(said.contains(told), "{told}: {said}");
+    }
+    let times = |text: &str, what: &str| text.matches(what).count();
+    assert_eq!(times(&said, "hold-force"), 1, "of its own: {said}");
+    assert_eq!(times(&events, "hold-force"), 2, "{events}");
+    for hidden in ["answer ok", "answer kept", "sample time_us"] {
+        assert!(!said.contains(hidden), "{hidden}: {said}");
+    }
+}
+
 /// A fault ends a run, and what was not entered is told; a script that clears it goes on, and so does who asks for it.
 #[test]
 fn commands_behind_a_fault_are_entered_or_told() {

@@ -38,6 +38,12 @@ impl Session<'_> {
         self.faults.len() > self.cleared
     }
 
+    /// How many steps of the script the user has come to.
+    #[must_use]
+    pub fn entered(&self) -> usize {
+        self.next
+    }
+
     /// Steps of the script that the user has not come to.
     #[must_use]
     pub fn not_entered(&self) -> &[Step] {
