@@ -4,7 +4,7 @@ use std::fs::File;
 use std::path::Path;
 
 use crate::commands::{host_program, scene, take, with_scene};
-use crate::firmware::Build;
+use crate::firmware::{Build, list};
 use crate::host;
 use crate::machine;
 use crate::process::{Failure, Outcome, root, run, target_dir};
@@ -26,7 +26,6 @@ pub fn record(arguments: &[String]) -> Outcome {
 
 /// Builds what the source needs and hands over.
 fn live(subcommand: &str, arguments: &[String]) -> Outcome {
-    let mut words = vec![subcommand.to_owned()];
     let help = arguments
         .iter()
         .any(|word| matches!(word.as_str(), "--help" | "-h"));
@@ -35,6 +34,7 @@ fn live(subcommand: &str, arguments: &[String]) -> Outcome {
     let serial = from.starts_with("/dev/") || from.starts_with("COM");
     let framed = serial || from == "probe" || from.starts_with("tcp:");
     let given = arguments.iter().any(|word| word.starts_with("--elf"));
+    let mut image = None;
     if !help && !given && (simulated || framed) {
         let build = Build {
             scene: scene(&mut arguments.to_vec())?,
@@ -42,17 +42,30 @@ fn live(subcommand: &str, arguments: &[String]) -> Outcome {
             features: serial.then(|| SERIAL_LOG.to_owned()),
             ..Build::default()
         };
-        words.extend(["--elf".to_owned(), build.elf()?.display().to_string()]);
+        image = Some(build.elf()?);
     }
+    let mut words = call(subcommand, image.as_deref(), arguments)?;
     if !help && simulated {
         machine::emulator_packages()?;
         let emulator = host::program(host::EMULATOR, arguments)?;
         let program = emulator.get_program().to_string_lossy().into_owned();
-        words.extend(["--emulator".to_owned(), program]);
+        words.splice(1..1, ["--emulator".to_owned(), program]);
     }
-    words.extend(with_scene(arguments)?);
     let probe = (from == "probe").then_some("palpate-monitor/probe");
     run(host::program_with(PACKAGE, probe, arguments)?.args(words))
+}
+
+/// The program's call, with the image that was built and its scene, the default one too: a board that runs on does not name its own.
+fn call(subcommand: &str, image: Option<&Path>, arguments: &[String]) -> Outcome<Vec<String>> {
+    let mut words = vec![subcommand.to_owned()];
+    if let Some(image) = image {
+        words.extend(["--elf".to_owned(), image.display().to_string()]);
+        if scene(&mut arguments.to_vec())?.is_none() {
+            words.push(format!("--scene={}", list::DEFAULT));
+        }
+    }
+    words.extend(with_scene(arguments)?);
+    Ok(words)
 }
 
 /// Runs a command; with `--html FILE` it leaves its events, of which a page is made.
@@ -98,6 +111,25 @@ fn can_be_written(path: &Path) -> Outcome {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Without a line from its start a board says nothing of its scene, and the monitor draws the one that it is called with.
+    #[test]
+    fn the_scene_of_an_image_that_is_built_is_named() {
+        let image = Some(Path::new("palpate"));
+        let scenes = |image, arguments: &str| {
+            let arguments: Vec<String> = arguments.split_whitespace().map(str::to_owned).collect();
+            let words = call("monitor", image, &arguments).map_err(|failure| failure.message);
+            let words = words.expect("a call");
+            let scenes = words.iter().filter(|word| word.starts_with("--scene"));
+            scenes.cloned().collect::<Vec<_>>()
+        };
+        assert_eq!(scenes(image, "--from probe"), ["--scene=p70"]);
+        assert_eq!(
+            scenes(image, "--from probe --scene tendon2"),
+            ["--scene=tendon2"]
+        );
+        assert!(scenes(None, "--from grasp.csv").is_empty());
+    }
 
     #[test]
     fn a_page_that_cannot_be_written_is_refused_before_the_run() {
