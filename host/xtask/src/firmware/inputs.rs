@@ -18,6 +18,8 @@ const SOURCES: &[&str] = &[
     "Cargo.lock",
     "rust-toolchain.toml",
     ".cargo/config.toml",
+    // References of the tests on the chip.
+    "tests/data/golden",
 ];
 /// Variables that change what is built; those that the call sets itself are part of it.
 const VARIABLES: &[&str] = &[
@@ -78,6 +80,21 @@ pub fn note(image: &Path, inputs: u64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What a build script reads beside its own package is among the sources.
+    #[test]
+    fn what_build_scripts_read_is_a_source() {
+        let script = root().join("bench/build/main.rs");
+        let script = std::fs::read_to_string(script).expect("the script");
+        let read: Vec<&str> = (script.split("\"../").skip(1))
+            .filter_map(|rest| rest.split('"').next())
+            .collect();
+        assert!(read.contains(&"tests/data/golden"), "{read:?}");
+        for path in read {
+            let listed = (SOURCES.iter()).any(|source| Path::new(path).starts_with(source));
+            assert!(listed, "{path}");
+        }
+    }
 
     #[test]
     fn an_image_is_used_again_until_a_source_changes() {
