@@ -322,6 +322,15 @@ mod tests {
     }
 
     #[test]
+    fn a_fault_that_was_cleared_is_no_verdict() {
+        let mut lines = vec!["state name=fault from=close", "fault number=12 name=stall"];
+        assert!(page(&lines).html("", None).contains("Fault: stall."));
+        lines.extend(["state name=idle from=fault", "state name=close from=home"]);
+        let html = page(&lines).html("", None);
+        assert!(html.contains("No contact was felt."), "{html}");
+    }
+
+    #[test]
     fn a_page_tells_how_stiff_the_object_is() {
         let html = page(&[
             "2.1 [INFO ] located phalanx=2 k_mm=30.52 sigma_mm=0.61 force_n=0.8 settled=true",

@@ -149,6 +149,10 @@ impl State {
                 self.fault = None;
             }
             "state" => {
+                // Only clearing it leads out of a fault.
+                if event.field("from") == Some("fault") {
+                    self.fault = None;
+                }
                 event
                     .field("name")
                     .unwrap_or_default()
@@ -298,6 +302,14 @@ mod tests {
         ]);
         assert_eq!(state.contact, None);
         assert_eq!(state.sequence, "close");
+    }
+
+    #[test]
+    fn a_fault_is_shown_until_it_is_cleared() {
+        let latched = ["state name=fault from=close", "fault number=12 name=stall"];
+        assert_eq!(told(&latched).fault.as_deref(), Some("stall"));
+        let cleared = [latched[0], latched[1], "state name=idle from=fault"];
+        assert_eq!(told(&cleared).fault, None);
     }
 
     #[test]
