@@ -241,6 +241,7 @@ fn launch(
     let Some(coordinator) = COORDINATOR.try_init(Shared::new(coordinator)) else {
         hang()
     };
+    selftest::limits_in_force(&drive.config().limits);
     let controller = controller(&drive, reset);
     let Some(samples) = control::start(chip, controller, joint) else {
         hang()

@@ -1,23 +1,42 @@
 //! Runs the self-test: moves the motor by the steps of [`palpate::app::selftest`] and reports each.
 
 use core::fmt::Write;
+use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_stm32::usart::BufferedUartTx;
 use embassy_time::{Duration, Ticker};
 
 use crate::scene::Active;
-use palpate::app::console::settings::Setting;
 use palpate::app::console::text::{Answer, Decimal, Plain};
 use palpate::app::log::Log;
 use palpate::app::selftest::{
     ExpectedRange, Measurement, SETTLE_MS, SelfTestStep, TRAVEL_RAD, remedy,
 };
+use palpate::drive::config::Limits;
 use palpate::drive::{Setpoint, Status};
 use palpate::scene::Scene;
 
 use super::execute::Application;
 use super::telemetry::Telemetry;
 use super::{bridge, console, control};
+
+/// The supply's limits that are in force, volt, as bits: another one that is set meanwhile waits for a restart.
+static SUPPLY_V: [AtomicU32; 2] = [AtomicU32::new(0), AtomicU32::new(0)];
+
+/// Tells the limits that the control interrupt starts with.
+pub fn limits_in_force(limits: &Limits) {
+    SUPPLY_V[0].store(limits.supply_min_v.to_bits(), Ordering::Relaxed);
+    SUPPLY_V[1].store(limits.supply_max_v.to_bits(), Ordering::Relaxed);
+}
+
+/// What a step of the self-test must measure on this board.
+// Not inlined: called from two places.
+#[inline(never)]
+fn expected(step: SelfTestStep) -> ExpectedRange {
+    let limit_v = |at: usize| f32::from_bits(SUPPLY_V[at].load(Ordering::Relaxed));
+    let signed = Active::CHECKED.config().sense.signed;
+    ExpectedRange::of(step, limit_v(0), limit_v(1), signed)
+}
 
 /// The step could not be carried out: the test was stopped, or a fault has ended it.
 struct Ended;
@@ -40,19 +59,13 @@ impl Application {
         self,
         port: &mut BufferedUartTx<'static>,
     ) -> Result<Option<SelfTestStep>, Ended> {
-        let limit = |setting| {
-            self.coordinator
-                .with(|coordinator| coordinator.value(setting))
-        };
-        let (supply_min_v, supply_max_v) = (limit(Setting::SupplyMin), limit(Setting::SupplyMax));
-        let signed = Active::CHECKED.config().sense.signed;
         let mut measurement = Measurement::new(Active::CHECKED.scale().counts(TRAVEL_RAD));
         let mut failed = None;
         for step in SelfTestStep::ALL {
             let value = self.measure(step, &mut measurement).await;
             let value = value.unwrap_or(f32::NAN);
             let mut told = step;
-            let mut wanted = ExpectedRange::of(step, supply_min_v, supply_max_v, signed);
+            let mut wanted = expected(step);
             let passed = wanted.contains(value);
             let fault = (control::status().fault)
                 .or_else(|| self.coordinator.with(|coordinator| coordinator.fault()));
@@ -63,9 +76,10 @@ impl Application {
                 }
                 // A fault may belong to another step than the one in which it was detected.
                 told = fault.and_then(SelfTestStep::of_fault).unwrap_or(step);
-                wanted = ExpectedRange::of(told, supply_min_v, supply_max_v, signed);
+                wanted = expected(told);
             }
-            self.report_step(port, told, value, &wanted, passed).await;
+            let remedy = (!passed).then(|| remedy(told, value, &wanted, fault));
+            self.report_step(port, told, value, &wanted, remedy).await;
             if !passed {
                 failed = failed.or(Some(told));
                 if !step.may_fail() || fault.is_some() {
@@ -82,17 +96,12 @@ impl Application {
         step: SelfTestStep,
         value: f32,
         wanted: &ExpectedRange,
-        passed: bool,
+        remedy: Option<&'static str>,
     ) {
-        let fault = control::status().fault;
         let mut want = Answer::new();
         // Every range fits.
         let _ = write!(want, "{wanted}");
-        let (result, remedy) = if passed {
-            ("ok", "none")
-        } else {
-            ("failed", remedy(step, value, wanted, fault))
-        };
+        let (result, remedy) = remedy.map_or(("ok", "none"), |remedy| ("failed", remedy));
         let name = step.name();
         Telemetry.selftest(name, result, value, &want, remedy);
         let mut text = Answer::new();

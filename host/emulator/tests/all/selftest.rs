@@ -260,3 +260,29 @@ fn what_is_wrong_is_named_and_nothing_moves_before_it_is_safe() {
         );
     }
 }
+
+/// Limits that wait for a restart are not those by which the supply is judged, nor would they name a fault.
+#[test]
+fn the_supply_is_judged_by_the_limits_in_force() {
+    let Some(firmware) = firmware() else { return };
+    let settings = Settings {
+        script: Script::parse("set supply-min 11.5; set supply-max 12.5; selftest"),
+        ..Settings::default()
+    };
+    let mut session = Session::start(&firmware, settings, None).expect("a sound start");
+    let plant = session.machine.plant_mut().expect("there is one");
+    plant.faults.supply_v = Some(11.0);
+    while !session.over() {
+        session.millisecond().expect("a sound run");
+    }
+    let events = session.lines.iter().map(|line| line.event());
+    let mut supply = events.filter(|event| event.field("step") == Some("supply"));
+    let told = supply.next().expect("its line");
+    assert_eq!(told.field("result"), Some("ok"), "{told:?}");
+    let said = session.lines.iter().map(|line| line.message.as_str());
+    assert!(said.clone().any(|line| line.contains("want=9 to 15 V")));
+    assert!(
+        said.last()
+            .is_some_and(|line| line == "answer selftest passed")
+    );
+}
