@@ -61,12 +61,6 @@ impl SelfTestStep {
         }
     }
 
-    /// Whether the steps after it are safe and tell something all the same: an offset that reads zero costs accuracy alone, and many a
-    /// bridge has one.
-    pub fn may_fail(self) -> bool {
-        self == Self::Offset
-    }
-
     /// Name in the log.
     pub fn name(self) -> &'static str {
         // In the order of the enum.
@@ -126,6 +120,12 @@ impl ExpectedRange {
         // A NaN is in no range.
         value >= self.min && value <= self.max
     }
+
+    /// Whether the steps after one that failed with this value are safe and tell something all the same: an offset that reads zero costs
+    /// accuracy alone, and many a bridge has one. One that could not be measured says that something is wrong.
+    pub fn may_miss(&self, value: f32) -> bool {
+        self.step == SelfTestStep::Offset && value < self.min
+    }
 }
 
 impl fmt::Display for ExpectedRange {
@@ -164,6 +164,9 @@ pub fn remedy(
         }
         (SelfTestStep::Offset, None) if low => {
             "the offset is zero or negative: check A1; small currents are lost"
+        }
+        (SelfTestStep::Offset, None) if value.is_nan() => {
+            "the motor does not rest: hold it, check its encoder"
         }
         (SelfTestStep::Offset, _) => "the offset is too large: check ground and the resistor at A1",
         (SelfTestStep::Noise, _) if low => "no noise at all: check A1, and nSLEEP at D4",
@@ -222,6 +225,20 @@ mod tests {
                 assert!(!wanted.contains(value), "{step:?} {value}");
                 assert!(!remedy(step, value, &wanted, None).contains('='));
             }
+        }
+    }
+
+    /// An offset below its range costs accuracy; one above it, or none, ends the test, and none is not the resistor's fault.
+    #[test]
+    fn only_an_offset_that_is_too_low_may_be_missed() {
+        let wanted = wanted(SelfTestStep::Offset);
+        assert!(wanted.may_miss(0.0) && wanted.may_miss(-1.0));
+        assert!(!wanted.may_miss(f32::NAN) && !wanted.may_miss(16.0));
+        let of = |value| remedy(SelfTestStep::Offset, value, &wanted, None);
+        assert!(of(f32::NAN).contains("encoder") && of(16.0).contains("resistor"));
+        for step in SelfTestStep::ALL {
+            let others = step == SelfTestStep::Offset || !self::wanted(step).may_miss(-1e9);
+            assert!(others, "{step:?}");
         }
     }
 

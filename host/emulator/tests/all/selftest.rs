@@ -202,6 +202,12 @@ fn what_is_wrong_is_named_and_nothing_moves_before_it_is_safe() {
             "too large",
         ),
         (
+            "encoder never rests",
+            Wrong::Plant(|f| f.encoder.storm_edges_per_s = 2e4, Some("break-input")),
+            "offset",
+            "does not rest",
+        ),
+        (
             "sense not connected",
             Wrong::Current(0.03, None),
             "noise",
