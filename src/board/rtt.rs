@@ -113,6 +113,13 @@ pub fn dropped() -> u32 {
     DROPPED.load(Ordering::Relaxed)
 }
 
+/// Takes back what was counted since there were so many; whether there was something.
+pub fn take_back(dropped: u32) -> bool {
+    let now = self::dropped();
+    DROPPED.store(dropped, Ordering::Relaxed);
+    now != dropped
+}
+
 /// The serial port as a second reader of the up buffer (feature `serial-log`). It is the one that records must not overtake: a
 /// probe beside it that reads slower loses some.
 #[cfg(feature = "serial-log")]

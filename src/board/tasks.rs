@@ -240,8 +240,11 @@ impl Changes {
         }
         let dropped = rtt::dropped();
         if dropped != self.dropped {
-            self.dropped = dropped;
             Telemetry.dropped(dropped);
+            // Where there is no room for this line it is none of those that it counts, and is tried again.
+            if !rtt::take_back(dropped) {
+                self.dropped = dropped;
+            }
         }
         let ignored = console::ignored();
         if ignored != self.ignored {

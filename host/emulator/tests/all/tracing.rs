@@ -5,6 +5,7 @@
 
 use crate::support::firmware;
 use palpate_emulator::Firmware;
+use palpate_emulator::rtt::Reader;
 use palpate_emulator::sim::{Object, Script, Session, Settings};
 use palpate_emulator::time::CYCLES_PER_INSTRUCTION;
 
@@ -75,4 +76,39 @@ fn tracing_takes_at_most_two_per_cent_of_the_processor() {
         "{none} and {samples} samples a second"
     );
     assert!(share > 0.0 && share <= MOST_SHARE, "{share}");
+}
+
+/// While nobody reads, the line that tells of lost records finds no room either: it is told once there is, and counts the others alone.
+#[test]
+fn lost_records_are_counted_and_the_line_that_tells_of_them_is_none() {
+    let Some(firmware) = firmware() else { return };
+    let settings = Settings {
+        script: Script::parse("trace on; status"),
+        ..Settings::default()
+    };
+    let mut session = Session::start(&firmware, settings, None).expect("a sound start");
+    while !session.over() {
+        session.millisecond().expect("a sound run");
+    }
+    for (reader, milliseconds) in [(Reader::Absent, 500), (Reader::Attached, 100)] {
+        session.machine.set_reader(reader);
+        for _ in 0..milliseconds {
+            session.millisecond().expect("a sound run");
+        }
+    }
+    let of = |name: &str, key: &str| -> Vec<f64> {
+        let events = session.lines.iter().map(|line| line.event());
+        (events.filter(|event| event.name == name))
+            .filter_map(|event| event.number(key))
+            .collect()
+    };
+    let times_us = of("sample", "time_us");
+    let missing: f64 = (times_us.windows(2))
+        .map(|pair| ((pair[1] - pair[0]) / 1e3).round() - 1.0)
+        .sum();
+    assert!(missing > 400.0, "{missing}");
+    // It is shorter than a sample, and finds the last room: the first losses may be told at once.
+    let told = of("log", "dropped");
+    assert!(told.len() < 5, "{told:?}");
+    assert_eq!(told.last(), Some(&missing), "{told:?}");
 }
