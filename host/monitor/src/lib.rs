@@ -6,6 +6,7 @@
 pub mod command_line;
 pub mod ending;
 pub mod figure;
+pub mod losses;
 pub mod page;
 pub mod posture;
 pub mod recording;

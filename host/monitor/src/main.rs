@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, Parser};
 use palpate_monitor::ending::Ending;
+use palpate_monitor::losses::Losses;
 use palpate_monitor::page::GraspPage;
 use palpate_monitor::recording::Recording;
 use palpate_monitor::scenes;
@@ -249,13 +250,14 @@ fn record(options: &RecordOptions) -> Result<(), String> {
         }
     }
     let mut ending = Ending::new(options.seconds, asked);
-    let (mut lost, mut shown) = (0, Instant::now());
+    let (mut losses, mut shown) = (Losses::default(), Instant::now());
     let terminal = std::io::stderr().is_terminal();
     let mut is_over = false;
     while let Some(message) = source.next(ending.patience()) {
         recording.take(&message).map_err(cannot)?;
         match message {
             Message::Sample(sample) => {
+                losses.sample();
                 let since_s = ending.sample(sample.time_s);
                 if ending.over(sample.time_s) {
                     is_over = true;
@@ -269,9 +271,7 @@ fn record(options: &RecordOptions) -> Result<(), String> {
                 }
             }
             Message::Event(event) => {
-                if event.name == "log" {
-                    lost = event.number("dropped").map_or(lost, |total| total as u64);
-                }
+                losses.event(&event);
                 if terminal {
                     eprint!("\r\x1b[K");
                 }
@@ -291,10 +291,8 @@ fn record(options: &RecordOptions) -> Result<(), String> {
                 .to_owned(),
         );
     }
-    if lost > 0 {
-        eprintln!(
-            "warning: the firmware dropped {lost} log records, samples among them; `--commands 'trace on 2;run'` halves what the wire carries"
-        );
+    if let Some(warning) = losses.warning() {
+        eprintln!("warning: {warning}");
     }
     println!("{rows} samples in {}", options.file.display());
     match (ending.refused(), ending.fault()) {
