@@ -194,12 +194,12 @@ impl SourceOptions {
         Source::open(&self.from()?, self.speed).map_err(|error: Failure| error.to_string())
     }
 
-    /// Command lines that start a recording: over a serial port every fifth sample, as many as 115200 baud carry.
-    fn recording_commands(&self) -> &'static str {
+    /// What has samples streamed: over a serial port every fifth, as many as 115200 baud carry.
+    fn trace(&self) -> &'static str {
         if is_port(&self.from) {
-            "trace on 5;run"
+            "trace on 5"
         } else {
-            "trace on;run"
+            "trace on"
         }
     }
 }
@@ -220,6 +220,7 @@ fn watch(options: &WatchOptions) -> Result<(), String> {
         options.source.scene.as_deref(),
         scenes::finger,
         colour,
+        options.source.trace(),
     );
     // Restores the terminal on every way out, a panic included.
     let run = |terminal: &mut ratatui::DefaultTerminal| {
@@ -241,8 +242,8 @@ fn record(options: &RecordOptions) -> Result<(), String> {
     let source = options.source.open()?;
     let cannot = |error: std::io::Error| cannot_write(&options.file, &error);
     let mut recording = Recording::create(&options.file).map_err(cannot)?;
-    let commands = options.commands.as_deref();
-    let commands = commands.unwrap_or_else(|| options.source.recording_commands());
+    let usual = format!("{};run", options.source.trace());
+    let commands = options.commands.as_deref().unwrap_or(&usual);
     let mut asked = false;
     for line in commands.split(';').map(str::trim) {
         if !line.is_empty() {

@@ -152,6 +152,12 @@ impl Source {
             .is_some_and(|commands| commands.send(line.to_owned()).is_ok())
     }
 
+    /// Whether the finger goes on when this program has ended.
+    #[must_use]
+    pub fn goes_on(&self) -> bool {
+        self.commands.is_some() && self.child.is_none()
+    }
+
     fn program(call: &[String], remedy: &'static str) -> Result<Self, Failure> {
         let program = call.first().cloned().unwrap_or_default();
         let mut child = Command::new(&program)

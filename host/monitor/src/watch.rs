@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::mpsc::TryRecvError;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
@@ -13,12 +13,14 @@ use crate::recording::Recording;
 use crate::screen::{Focus, View, draw};
 use crate::source::Source;
 use crate::state::State;
-use crate::stream::Level;
+use crate::stream::{Level, Message};
 
 /// Longest wait for a key; a frame follows.
 const FRAME: Duration = Duration::from_millis(40);
 /// Messages taken between two frames at most, so that keys are answered under any load.
 const BATCH: usize = 2_000;
+/// Longest wait for the answer to the last command.
+const FAREWELL: Duration = Duration::from_millis(300);
 /// Log lines by which a page key scrolls.
 const PAGE: usize = 5;
 
@@ -35,12 +37,23 @@ pub struct Watch {
     finger_of: FingerOf,
     drawn_scene: Option<String>,
     recording: Option<Recording>,
+    /// The command that has samples streamed; what the user has typed last of that kind.
+    trace: String,
+    /// Samples have come since it was sent.
+    streams: bool,
 }
 
 impl Watch {
-    /// Watches a source. `scene` is drawn until the firmware names another.
+    /// Watches a source. `scene` is drawn until the firmware names another; `trace` has samples streamed, as fast as the source carries
+    /// them.
     #[must_use]
-    pub fn new(source: Source, scene: Option<&str>, finger_of: FingerOf, colour: bool) -> Self {
+    pub fn new(
+        source: Source,
+        scene: Option<&str>,
+        finger_of: FingerOf,
+        colour: bool,
+        trace: &str,
+    ) -> Self {
         Self {
             source,
             state: State {
@@ -61,6 +74,8 @@ impl Watch {
             finger_of,
             drawn_scene: None,
             recording: None,
+            trace: trace.to_owned(),
+            streams: false,
         }
     }
 
@@ -69,6 +84,7 @@ impl Watch {
     /// # Errors
     /// The terminal cannot be drawn to or read from.
     pub fn run(&mut self, terminal: &mut DefaultTerminal) -> std::io::Result<()> {
+        self.ask_for_samples();
         loop {
             self.receive();
             self.find_finger();
@@ -83,7 +99,32 @@ impl Watch {
                 && self.key(key)
             {
                 self.stop_recording();
+                self.leave();
                 return Ok(());
+            }
+        }
+    }
+
+    /// Without samples there is no posture, no curve, no evidence, and nothing to record. A file has its own.
+    fn ask_for_samples(&mut self) {
+        self.streams = false;
+        if self.source.command(&self.trace) {
+            self.state.note(Level::Debug, format!("> {}", self.trace));
+        }
+    }
+
+    /// Ends the stream of a finger that goes on: nobody reads it any more, and the next reader would find old samples.
+    fn leave(&self) {
+        if !self.source.goes_on() || !self.source.command("trace off") {
+            return;
+        }
+        let end = Instant::now() + FAREWELL;
+        while let Some(message) = self
+            .source
+            .next(Some(end.saturating_duration_since(Instant::now())))
+        {
+            if matches!(&message, Message::Event(event) if event.name == "answer ok") {
+                return;
             }
         }
     }
@@ -100,7 +141,13 @@ impl Watch {
                         self.recording = None;
                         self.view.recording = None;
                     }
+                    let restarted = self.streams
+                        && matches!(&message, Message::Event(event) if event.name == "boot");
+                    self.streams |= matches!(message, Message::Sample(_));
                     self.state.take(message);
+                    if restarted {
+                        self.ask_for_samples();
+                    }
                 }
                 Err(TryRecvError::Empty) => return,
                 Err(TryRecvError::Disconnected) => {
@@ -177,6 +224,9 @@ impl Watch {
     }
 
     fn send(&mut self, line: &str) {
+        if line.trim_start().starts_with("trace") {
+            line.clone_into(&mut self.trace);
+        }
         if self.source.command(line) {
             self.state.note(Level::Debug, format!("> {line}"));
         } else {
@@ -200,6 +250,8 @@ impl Watch {
             Ok(recording) => {
                 self.view.recording = Some(path.display().to_string());
                 self.recording = Some(recording);
+                // Told again what is known of friction and calibration, which `replay` needs.
+                self.ask_for_samples();
             }
             Err(error) => self.state.note(
                 Level::Error,
@@ -213,6 +265,14 @@ impl Watch {
         if let Some(recording) = self.recording.take() {
             let path = recording.path().display().to_string();
             match recording.finish() {
+                Ok(0) => {
+                    // Nothing is left that looks like a recording; one that cannot be removed has its head alone.
+                    let _ = std::fs::remove_file(&path);
+                    self.state.note(
+                        Level::Warn,
+                        "no sample came, so no file is left: `trace on` streams them",
+                    );
+                }
                 Ok(rows) => self
                     .state
                     .note(Level::Info, format!("recorded {rows} samples to {path}")),
@@ -221,5 +281,101 @@ impl Watch {
                     .note(Level::Error, format!("cannot write {path}: {error}")),
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::From;
+
+    const SAMPLE: &str = "sample time_us=1000 counts=0 current_a=0 drive=1";
+
+    /// What the echo of `trace on 5` looks like: its first word is a level.
+    const ASKED: &str = "on 5";
+
+    /// A watch of a source that says what it is told.
+    fn watch() -> Watch {
+        let from = From::Program {
+            call: vec!["cat".to_owned()],
+            remedy: "",
+        };
+        let source = Source::open(&from, 1.0).expect("cat");
+        Watch::new(source, None, |_| None, false, "trace on 5")
+    }
+
+    /// Receives until a line has come so many times, and no more of them.
+    fn until(watch: &mut Watch, text: &str, times: usize) {
+        let end = Instant::now() + Duration::from_secs(10);
+        let count = |watch: &Watch| {
+            let lines = watch.state.log.iter();
+            lines.filter(|line| line.text == text).count()
+        };
+        while count(watch) < times {
+            assert!(Instant::now() < end, "{text}: {:?}", watch.state.log);
+            watch.receive();
+        }
+        assert_eq!(count(watch), times, "{text}");
+    }
+
+    #[test]
+    fn samples_are_asked_for_at_once_and_after_a_restart() {
+        let mut watch = watch();
+        watch.ask_for_samples();
+        // The lines from the start of a firmware come behind it.
+        watch.send("boot version=1 scene=p70");
+        watch.send("status");
+        until(&mut watch, "status", 1);
+        until(&mut watch, ASKED, 1);
+        watch.send(SAMPLE);
+        watch.send("boot version=1 scene=p70");
+        until(&mut watch, ASKED, 2);
+        assert_eq!(watch.state.samples.len(), 1);
+        // Who has chosen otherwise is not overruled.
+        watch.send("trace on 9");
+        watch.send(SAMPLE);
+        watch.send("boot version=1 scene=p70");
+        until(&mut watch, "on 9", 2);
+        until(&mut watch, ASKED, 2);
+    }
+
+    #[test]
+    fn a_recording_without_a_sample_leaves_no_file() {
+        let mut watch = watch();
+        watch.letter('w');
+        let path = watch.recording.as_ref().expect("begun").path().to_owned();
+        assert!(path.exists());
+        until(&mut watch, ASKED, 1);
+        watch.letter('w');
+        assert!(!path.exists() && watch.recording.is_none());
+        let told = watch.state.log.back().expect("a line");
+        assert!(told.text.contains("no sample came"), "{told:?}");
+        // With one there is a file.
+        watch.letter('w');
+        watch.send(SAMPLE);
+        watch.send("status");
+        until(&mut watch, "status", 1);
+        watch.letter('w');
+        assert!(path.exists());
+        std::fs::remove_file(path).expect("the file is there");
+    }
+    #[cfg(unix)]
+    #[test]
+    fn a_board_that_is_left_streams_no_more() {
+        use serialport::{SerialPort, TTYPort};
+        use std::io::{Read, Write};
+
+        let (mut chip, port) = TTYPort::pair().expect("a pair of terminals");
+        let name = port.name().expect("its name");
+        let source = Source::open(&From::Port { name, elf: None }, 1.0).expect("the port");
+        let watch = Watch::new(source, None, |_| None, false, "trace on 5");
+        chip.write_all(b"answer ok\r\n").expect("room");
+        watch.leave();
+        chip.set_timeout(Duration::from_secs(10)).expect("a limit");
+        let mut typed = [0; 10];
+        chip.read_exact(&mut typed).expect("the command");
+        assert_eq!(&typed, b"trace off\n");
+        // A simulation ends with the monitor.
+        assert!(!self::watch().source.goes_on());
     }
 }

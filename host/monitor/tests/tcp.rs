@@ -9,6 +9,7 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::thread;
+use std::time::Duration;
 
 use tmux::Terminal;
 
@@ -183,6 +184,17 @@ fn the_monitor_watches_and_commands_over_tcp() {
     terminal.keys(&[":", "h", "e", "l", "p", "Enter"]);
     terminal.shows(&["answer trace"]);
     terminal.keys(&["Escape"]);
+    // tmux waits whether a sequence follows an escape.
+    std::thread::sleep(Duration::from_millis(700));
+    // Samples come without being asked for by hand.
+    terminal.keys(&["w"]);
+    terminal.shows(&["recording to palpate-"]);
+    std::thread::sleep(Duration::from_millis(300));
+    terminal.keys(&["w"]);
+    let screen = terminal.shows(&["samples to palpate-"]);
+    let (_, file) = screen.split_once("samples to ").expect("shown");
+    let file = file.split(".csv").next().expect("a name");
+    std::fs::remove_file(format!("{file}.csv")).expect("the file is there");
     // The server goes: that is told, and the monitor stays to be read.
     emulator.child.kill().expect("it is still there");
     terminal.shows(&["source ended", "the server has hung up"]);
