@@ -7,6 +7,7 @@ mod browser;
 
 use std::path::{Path, PathBuf};
 
+use palpate::app::console::settings::Setting;
 use palpate_monitor::command_line::CommandLine;
 use palpate_monitor::page::GraspPage;
 use palpate_monitor::screen::{Focus, View, draw};
@@ -16,7 +17,8 @@ use palpate_monitor::{scenes, svg};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
-/// A grasp of the emulated firmware, as `sim --json` prints it; of the samples every twentieth of the last closing.
+/// A grasp of the emulated firmware, as `cargo xtask sim --events FILE` leaves it, without answers `kept`; of the samples every tenth since
+/// the last closing began.
 const GRASP: &str = include_str!("data/grasp.jsonl");
 const TITLE: &str = "A simulated grasp";
 /// Widest difference of the brightness of two pictures of the same page, of 1: fonts differ.
@@ -84,6 +86,24 @@ fn page() -> String {
     messages().for_each(|message| page.take(message));
     let finger = page.scene().and_then(scenes::finger);
     page.html(TITLE, finger)
+}
+
+/// The grasp is of firmware that has these settings with these ranges: one that lags behind must be recorded again.
+#[test]
+fn the_grasp_is_of_the_present_settings() {
+    for setting in Setting::ALL {
+        // The finger of the grasp states no weight.
+        if matches!(setting, Setting::Mounting | Setting::Weight) {
+            continue;
+        }
+        let (name, range) = (setting.name(), format!("({})", setting.range()));
+        let answer = format!("\"answer {name} ");
+        let told = GRASP.lines().find(|line| line.contains(&answer));
+        assert!(
+            told.is_some_and(|line| line.contains(&range)),
+            "{name} {range}: {told:?}"
+        );
+    }
 }
 
 #[test]
