@@ -142,6 +142,10 @@ where
         self.weigh(path, weight, held_nm);
     }
 
+    fn brake(&self, path: &mut Self::Path, torque_nm: f32) {
+        Self::brakes(path, torque_nm);
+    }
+
     fn soften(&self, path: &mut Self::Path, compliance_m_per_n: f32) -> Option<()> {
         self.gives(path, compliance_m_per_n)
     }

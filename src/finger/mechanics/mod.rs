@@ -239,6 +239,12 @@ pub trait Mechanics {
     /// even mass and phalanges in line at contact, as [`Mechanics::weighed`] does.
     fn load(&self, path: &mut Self::Path, weight: [f32; 2], held_nm: f32);
 
+    /// Makes friction, or a preload that a spring is held at its stop with, oppose the turning of each joint beyond the first along a path
+    /// that has just begun, in the sense in which it begins to turn, newton metre. A finger that stands at its stops has it in the
+    /// balance of its joints; where joints turned before it acts by [`PathPoint::rotation_by_joint_friction_rad_per_nm`]
+    /// (docs/SENSING.md#torque-that-holds-the-joints). Before [`Mechanics::rub`].
+    fn brake(&self, path: &mut Self::Path, torque_nm: f32);
+
     /// Makes the object give way along a path that has just begun, across the phalanx, by a compliance from 0, metre per newton
     /// (docs/MECHANICS.md#soft-objects). Before [`Mechanics::rub`]. Not for a finger that a preload holds at its stops. None where
     /// such a contact would not press; with a value that is not finite the path cannot be followed.

@@ -18,7 +18,21 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let start = &mut path.start;
         let double = 2.0 / start.stiffness_scale;
         start.weight = [double * per_rad, -double * weight_nm];
-        start.held += held_nm / start.stiffness_scale;
+        let held = held_nm / start.stiffness_scale;
+        start.held.iter_mut().for_each(|joint| *joint += held);
+    }
+
+    /// See [`crate::finger::Mechanics::brake`].
+    pub(crate) fn brakes(path: &mut Path<N, B>, torque_nm: f32) {
+        let start = &mut path.start;
+        let torque = torque_nm / start.stiffness_scale;
+        if start.rubbed() > 0.0 {
+            start.braked = torque;
+            return;
+        }
+        for (held, sense) in start.held.iter_mut().zip(start.sense) {
+            *held += sense * torque;
+        }
     }
 
     /// See [`crate::finger::Mechanics::soften`].
@@ -33,10 +47,10 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     pub(crate) fn loses(path: &mut Path<N, B>) {
         let [loss, _] = T::JOINT_LOSS;
         if loss > 0.0 {
-            let Path { start, last } = path;
+            let start = &mut path.start;
             for m in 1..N {
                 start.taken[m] = loss;
-                if last.tangent.delta[m] < 0.0 {
+                if start.sense[m] < 0.0 {
                     start.taken[m] = -loss;
                     if !B::HOLDS {
                         // A torque that held the finger back took nothing from the joint that its pulley could give up.

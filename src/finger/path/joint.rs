@@ -12,7 +12,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             local.joint_responses(last.at.force, 1)?;
         let point = JointPoint {
             at_contact_rad: *start.from.rad().get(1)?,
-            rad: *last.at.delta.get(1)?,
+            rad: *last.at.delta.get(1)? + start.braked * by_joint_friction,
             by_torque_rad_per_nm: by_torque / start.stiffness_scale,
             by_k_rad_per_m: by_k / start.length_scale,
             by_friction_rad: by_friction,

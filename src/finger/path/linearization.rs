@@ -210,7 +210,7 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
             let sprung = weight[m][0] - self.stiffness[m] * at.delta[m];
             torques[m] = driven + sprung - at.force * pressing[m];
             if m > 0 {
-                torques[m] -= self.held;
+                torques[m] -= self.held[m];
             }
         }
         if let Some(cable) = self.base.return_cable() {
@@ -237,17 +237,9 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
             rubbing,
             pressing,
             friction: self.friction,
-            braking: core::array::from_fn(|m| {
-                // Where pulleys take something, the sign of the change so far does not tell it: while a pulley keeps a joint from
-                // turning back, the path has it close on.
-                let taken = if loss > 0.0 {
-                    self.taken[m]
-                } else {
-                    at.delta[m]
-                };
-                let back = taken < 0.0;
-                self.rubbed() + if back { 1.0 } else { -1.0 }
-            }),
+            // The sign of the change so far would not tell it: while a pulley keeps a joint from turning back the path has it close on, and
+            // below break-away turn the other way.
+            braking: self.sense.map(|sense| self.rubbed() - sense),
             loaded,
             phi,
             torques,

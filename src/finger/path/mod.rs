@@ -99,6 +99,8 @@ struct Start<const N: usize, B> {
     torque: f32,
     /// Phalanges before the one in contact.
     before: u8,
+    /// The sense in which each joint begins to turn: 1 where it closes, -1 where it turns back.
+    sense: [f32; N],
     /// Share of the torque that is lost on the way to each joint, less than zero where it turns back.
     taken: [f32; N],
     /// Twice the torque at contact where a joint turns back: the free finger closed it, so a pulley first gives up what it took, then takes
@@ -110,8 +112,11 @@ struct Start<const N: usize, B> {
     /// The finger's weight, along phalanx 1 at contact and across it: twice the torque that it has about joint 1 while the phalanges
     /// are in line, over the stiffness scale.
     weight: [f32; 2],
-    /// Torque that holds the joints beyond the first at their stops, over the stiffness scale.
-    held: f32,
+    /// Torque that holds the joints beyond the first at their stops, or against the sense in which they begin to turn, over the stiffness
+    /// scale.
+    held: [f32; N],
+    /// Torque that their bearings take in a finger whose joints turned before, over the stiffness scale.
+    braked: f32,
     /// Coefficient of contact friction.
     friction: f32,
     /// Compliance of the object.
@@ -164,11 +169,14 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
                 (self.parameters.stiffness_nm_per_rad.iter()).fold(0.0f32, |m, k| k.at_least(m))
             }
         };
-        let start = Start {
+        let preload =
+            (self.base.preload_nm()).map_or(0.0, |preload_nm| preload_nm / stiffness_scale);
+        let mut start = Start {
             from: *at,
             base: self.base,
             torque: torque_nm / stiffness_scale,
             before,
+            sense: [1.0; N],
             taken: [0.0; N],
             back: [0.0; N],
             lengths: self.parameters.lengths_m.map(|l| l / length_scale),
@@ -178,7 +186,8 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
                 .map(|k| k / stiffness_scale),
             radius: radius_m / length_scale,
             weight: [0.0; 2],
-            held: (self.base.preload_nm()).map_or(0.0, |preload_nm| preload_nm / stiffness_scale),
+            held: [preload; N],
+            braked: 0.0,
             friction: 0.0,
             give: 0.0,
             half_thickness: 0.0,
@@ -187,6 +196,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             stiffness_scale,
         };
         let last = self.begun(&start, k_m / length_scale)?;
+        start.sense = last.tangent.delta.map(|delta| f32::signum(delta));
         Some(Path { start, last })
     }
 
@@ -345,7 +355,8 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         let is_held = loss > 0.0 && dot(&start.back, &at.delta) > 0.0;
         let compliance = compliance.at_least(0.0) / start.stiffness_scale;
         let step = JointStep::of(at.delta);
-        let rotation_rad = self.transmission.turned_rad(&start.from, &step)?;
+        let rotation_rad =
+            self.transmission.turned_rad(&start.from, &step)? + start.braked * by_joint_friction;
         let reach = start.lengths.get(usize::from(start.before))?;
         let stays = local.k_now > 0.0
             && local.k_now <= *reach

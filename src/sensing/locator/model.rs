@@ -19,7 +19,7 @@ use super::prior::{
     fits_loss,
 };
 use crate::finger::{Contact, Free, JointPoint, Mechanics, PathPoint};
-use crate::numeric::Bounded;
+use crate::numeric::{Bounded, clamp};
 use crate::sensing::calibration::MIDDLE_NM;
 use crate::sensing::curve::Point;
 use crate::sensing::normal::Unknowns;
@@ -111,6 +111,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
                     finger.soften(&mut path, values[GIVE])?;
                 }
                 finger.lose(&mut path);
+                finger.brake(&mut path, values[JOINT]);
                 finger.rub(&mut path, values[FRICTION], prior.half_thickness_m)?;
                 Some(path)
             }
@@ -233,7 +234,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             self.torque_nm = factor * point.excess_nm + point.free_nm; // it may fall
         }
         let at = &self.last;
-        let mut rotation_rad = self.turned_rad();
+        let mut rotation_rad = at.rotation_rad;
         let mut compliance = at.compliance_rad_per_nm;
         if fits_loss::<F, X>() {
             // What is lost beyond the share that the path takes off.
@@ -255,13 +256,24 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         // What holds the joints, at their stops or against turning back, holds the finger until a break-away torque, and below it only the
         // cable twists. Test for that: assume that the cable takes the whole angle, and ask whether the finger would turn at the torque
         // which that needs.
-        let turns_rad = rotation_rad + factor * compliance * (missing_rad / cable);
-        let held = X::FLEXIBLE && turns_rad < 0.0;
-        let gives = if held { 0.0 } else { 1.0 };
+        let own = factor * compliance;
+        let (mut gives, mut bent_nm) = (1.0, 0.0);
+        if X::FLEXIBLE && cable > 0.0 {
+            let turns_rad = rotation_rad + own * (missing_rad / cable);
+            // What was measured is the mean over a point's way, of two straight lines where the finger breaks away within that
+            // (docs/SENSING.md#torque-that-holds-the-joints). A way that reaches before the onset counts as far as that.
+            let half_rad = 0.5 * point.width_counts * self.rad_per_count;
+            let half_rad = half_rad.at_most(past_rad).at_least(0.0);
+            let way_rad = own * half_rad + f32::MIN_POSITIVE;
+            let moves = clamp(0.5 + 0.5 * turns_rad * cable / way_rad, 0.0, 1.0);
+            let both = own + cable;
+            gives = moves * cable / (moves * cable + (1.0 - moves) * both);
+            bent_nm = moves * (1.0 - moves) * way_rad / (cable * both);
+        }
         let compliance = gives * compliance;
         // Radian per newton metre of excess.
         let slope = factor * compliance + cable;
-        let excess_nm = near_nm + (missing_rad - gives * rotation_rad) / slope;
+        let excess_nm = near_nm + (missing_rad - gives * rotation_rad) / slope - bent_nm;
         let angle_nm = ANGLE_SIGMA_RAD / slope;
         variance_nm2 += angle_nm * angle_nm;
         let mut slopes = [0.0; UNKNOWNS];
@@ -292,12 +304,6 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         })
     }
 
-    /// Rotation at the end of the path, against the friction of the joints, radian.
-    fn turned_rad(&self) -> f32 {
-        let at = &self.last;
-        at.rotation_rad + self.values[JOINT] * at.rotation_by_joint_friction_rad_per_nm
-    }
-
     /// Derivative of the rotation by what is lost on the way to the joints, radian.
     fn lost_rad(&self) -> f32 {
         if F::HOLDS {
@@ -311,7 +317,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
     /// none without a contact. A contact that has slid off its phalanx turns the joint no further, and a finger that is held not at all.
     pub(super) fn joint_2(&self, finger: &F, torque_nm: f32) -> Option<JointPoint> {
         let mut joint = finger.joint_2(self.path.as_ref()?)?;
-        if self.turned_rad() < 0.0 {
+        if self.last.rotation_rad < 0.0 {
             return Some(JointPoint {
                 at_contact_rad: joint.at_contact_rad,
                 ..JointPoint::default()
@@ -322,8 +328,7 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         }
         // No point of the curve may have reached the path.
         let followed_nm = self.last_torque_nm.at_least(self.contact_nm);
-        joint.rad += joint.by_torque_rad_per_nm * (torque_nm - followed_nm)
-            + joint.by_joint_friction_rad_per_nm * self.values[JOINT];
+        joint.rad += joint.by_torque_rad_per_nm * (torque_nm - followed_nm);
         Some(joint)
     }
 

@@ -18,10 +18,11 @@ const LEAST_SIDE: f32 = 0.04;
 
 /// Starting places of a thorough search, as shares of one side of a phalanx's stiffest place.
 const STARTS: [f32; 2] = [0.2, 0.75];
-/// Index of the start from the best fit so far, with joints that take [`HELD`].
+/// Index of the start at the place of the best fit so far, with joints that take [`HELD`].
 pub(super) const HELD_START: usize = 1 + STARTS.len();
 /// Torque of the joints at that start, in deviations from its mean. A break-away torque puts a kink into the curve: a fit that starts
-/// below it stops there, one that starts above it passes (compared in `locator::tests`).
+/// below it stops there, one that starts above it passes. The other unknowns start from the prior: those of a fit that stopped there,
+/// first of all its onset, lead back (compared in `locator::tests`).
 const HELD: f32 = 6.0;
 /// Contact friction at the start after it, from the best fit so far, in deviations from its mean. Where something holds joint 2 at its
 /// stop, contact friction decides with the place how long: a fit that has come to the kink with too little of it stays there, and torque
@@ -160,7 +161,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             _ => None,
         };
         let neighbour = track.fit(from).filter(|_| self.order > 0);
-        let (mut x, fitted) = match before.or(neighbour) {
+        let (mut x, mut fitted) = match before.or(neighbour) {
             Some(fitted) => (fitted.x, true),
             None => {
                 let place = match start.checked_sub(1).and_then(|i| STARTS.get(i)) {
@@ -179,6 +180,10 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             Scaling::of::<F, X>(prior, length_m).hold(&mut x, FRICTION);
         }
         if start == HELD_START {
+            // With three phalanges such a fit strays.
+            if !F::MOVES_ON {
+                (x, fitted) = (values(x[K], prior), false);
+            }
             x[JOINT] = HELD;
         }
         if F::HOLDS && start == const { last_start::<F>() } {

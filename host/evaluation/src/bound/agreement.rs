@@ -53,6 +53,7 @@ impl Compared {
         let path = finger.path(&free.configuration, free.torque_nm, contact);
         let mut path = path.expect("a path");
         finger.lose(&mut path);
+        finger.brake(&mut path, values[JOINT] as f32);
         let rubs = values[FRICTION] as f32;
         finger
             .rub(&mut path, rubs, press.half_thickness_m as f32)
@@ -76,9 +77,8 @@ impl Compared {
                 break;
             }
             let point = finger.follow(&mut path, rise_nm as f32).expect("a point");
-            let rubbed = values[JOINT] * f64::from(point.rotation_by_joint_friction_rad_per_nm);
             // Less than none is none: the finger stands.
-            let turned_rad = (f64::from(point.rotation_rad) + rubbed).max(0.0);
+            let turned_rad = f64::from(point.rotation_rad).max(0.0);
             let compliance = f64::from(point.compliance_rad_per_nm) + drive.cable_rad_per_nm;
             let off_rad = opened.finger.theta_a(&near.theta) - from_rad - turned_rad;
             let back = (near.theta.iter().zip(&start.theta).skip(1)).any(|(now, was)| now <= was);
