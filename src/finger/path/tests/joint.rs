@@ -82,3 +82,42 @@ fn derivatives_of_joint_2_are_those_of_the_path() {
     // A little friction holds the last phalanx of tendon3.
     assert_eq!(points, [6, 6, 2, 5, 6]);
 }
+
+/// A weight presses joint 2 of P70 on its stop. Below the torque that lifts it off the path leads back through the stop, and what the joint
+/// takes counts the same way there as above: by it, and by differences.
+#[test]
+fn what_holds_a_joint_counts_alike_on_both_sides_of_break_away() {
+    const JOINT_NM: f32 = 3e-3;
+    let finger = P70::MECHANISM;
+    let at = Configuration::of([0.7, 0.0]).expect("a posture");
+    for (k_m, held_nm) in [(0.02, 0.0), (0.04, 6.7e-3), (0.055, 6.7e-3)] {
+        let follow = |joint_nm: f32, rise_nm: f32| {
+            let contact = Contact {
+                phalanx: 2,
+                k_m,
+                radius_m: 0.016,
+            };
+            let path = Mechanics::path(&finger, &at, -0.025, contact);
+            let mut path = path.expect("a contact that presses");
+            finger.load(&mut path, [-0.025, 0.0], held_nm);
+            finger.brake(&mut path, joint_nm);
+            (finger.rub(&mut path, 0.3, HALF_THICKNESS_M)).expect("a stable finger");
+            followed(&finger, &mut path, rise_nm).expect("a contact that stays")
+        };
+        let mut sides = [0; 2];
+        for rise_nm in [0.005, 0.015, 0.03, 0.06, 0.1, 0.15] {
+            let told = follow(JOINT_NM, rise_nm);
+            sides[usize::from(told.joints_rad[1] > 0.0)] += 1;
+            let step_nm = 2e-4;
+            let [more, less] =
+                [1.0, -1.0].map(|sign| follow(JOINT_NM + sign * step_nm, rise_nm).rotation_rad);
+            let expected = (more - less) / (2.0 * step_nm);
+            let off = told.rotation_by_joint_friction_rad_per_nm / expected - 1.0;
+            assert!(
+                expected < -0.1 && off.abs() < 0.02,
+                "{k_m} {held_nm} {rise_nm}: {told:?}, {expected} by differences"
+            );
+        }
+        assert!(sides[0] > 0 && sides[1] > 0, "{k_m} {held_nm}: {sides:?}");
+    }
+}

@@ -273,3 +273,73 @@ fn a_step_at_the_onset_is_averaged_over_its_point() {
         assert!((prediction.slopes[JOINT] - 2.5 * (past_rad / half_rad + 1.0)).abs() < 1e-4);
     }
 }
+
+/// What a point measures is a mean: where the finger breaks away within it, of a stiff and of a soft line. Value and derivatives against the
+/// mean over narrow points.
+#[test]
+fn a_point_in_which_the_finger_breaks_away_is_the_mean_over_its_way() {
+    const PARTS: usize = 201;
+    let finger = P70::MECHANISM;
+    let drivetrain = P70::drivetrain(&finger);
+    let onset_rad = 0.8;
+    let mut values = [0.0; UNKNOWNS];
+    values[K] = 0.045;
+    values[ONSET] = onset_rad;
+    values[FACTOR] = 0.95;
+    values[JOINT] = 4e-3;
+    values[CABLE] = 0.7;
+    let hold = Hold::Contact {
+        phalanx: 2,
+        radius_m: 0.006,
+    };
+    let told = |past_rad: f32, width_rad: f32| {
+        let point = Point {
+            width_counts: width_rad / drivetrain.rad_per_count,
+            ..point_at(onset_rad + past_rad, &drivetrain)
+        };
+        predicted(&finger, &drivetrain, &values, (hold, [0.0; 2]), &point)
+    };
+    let breaks_rad = (1..200)
+        .map(|step| 1e-3 * step as f32)
+        .find(|past_rad| told(*past_rad, 0.0).slopes[K] != 0.0)
+        .expect("it breaks away");
+    let width_rad = 0.01;
+    assert!(breaks_rad > width_rad, "{breaks_rad}");
+    let (mut bent, mut most_nm) = (0, 0.0f32);
+    for step in -6..=6 {
+        let past_rad = breaks_rad + 1e-3 * step as f32;
+        let parts = (0..PARTS).map(|part| {
+            told(
+                past_rad + width_rad * ((part as f32 + 0.5) / PARTS as f32 - 0.5),
+                0.0,
+            )
+        });
+        let (mut mean_nm, mut by_k, mut by_joint) = (0.0, 0.0, 0.0);
+        for part in parts {
+            mean_nm += part.excess_nm / PARTS as f32;
+            by_k += part.slopes[K] / PARTS as f32;
+            by_joint += part.slopes[JOINT] / PARTS as f32;
+        }
+        let wide = told(past_rad, width_rad);
+        let [middle, soft] = [told(past_rad, 0.0), told(breaks_rad + width_rad, 0.0)];
+        most_nm = most_nm.max((middle.excess_nm - mean_nm).abs());
+        bent += usize::from((middle.excess_nm - mean_nm).abs() > 1e-4);
+        assert!(
+            (wide.excess_nm - mean_nm).abs() < 3e-5,
+            "{step}: {} {mean_nm}, in the middle {}",
+            wide.excess_nm,
+            middle.excess_nm
+        );
+        for (told, mean, whole) in [
+            (wide.slopes[K], by_k, soft.slopes[K]),
+            (wide.slopes[JOINT], by_joint, soft.slopes[JOINT]),
+        ] {
+            assert!(
+                (told - mean).abs() < 0.1 * whole.abs(),
+                "{step}: {told} {mean}"
+            );
+        }
+    }
+    // Without the mean a point would be off by several times its noise.
+    assert!(bent > 4 && most_nm > 5e-4, "{bent} {most_nm}");
+}
