@@ -141,8 +141,7 @@ impl fmt::Display for ExpectedRange {
 }
 
 /// Remedy for an encoder that stands still or jumps.
-const NOT_FOLLOWING: &str =
-    "the encoder does not follow: free the finger; check its supply, A at D12 and B at D11";
+const NOT_FOLLOWING: &str = "free the finger; check the encoder's supply, A at D12, B at D11";
 
 /// What to look at where a step failed with this value, and perhaps a fault.
 pub fn remedy(
@@ -163,12 +162,12 @@ pub fn remedy(
             "nFAULT is held high: remove a pull-up or a short to 3.3 V"
         }
         (SelfTestStep::Offset, None) if low => {
-            "the offset is zero or negative: check A1; small currents are lost"
+            "offset zero or negative: check A1; small currents are lost"
         }
         (SelfTestStep::Offset, None) if value.is_nan() => {
-            "the motor does not rest: hold it, check its encoder"
+            "the motor turns: hold it, check its encoder"
         }
-        (SelfTestStep::Offset, _) => "the offset is too large: check ground and the resistor at A1",
+        (SelfTestStep::Offset, _) => "offset too large: check ground and the resistor at A1",
         (SelfTestStep::Noise, _) if low => "no noise at all: check A1, and nSLEEP at D4",
         (SelfTestStep::Noise, _) => "keep the motor's wires away from A1, fit its capacitor",
         (_, Some(Fault::EncoderReversed)) => {
@@ -176,11 +175,9 @@ pub fn remedy(
         }
         (_, Some(Fault::EncoderStuck | Fault::EncoderJump)) => NOT_FOLLOWING,
         (_, Some(Fault::SenseStuck)) => {
-            "no current is read: check the sense wire at A1, the motor's wires, EN at D7"
+            "no current: check the sense wire at A1, motor wires, EN at D7"
         }
-        (SelfTestStep::Current, _) if low => {
-            "too little current flows: check motor wires and EN at D7"
-        }
+        (SelfTestStep::Current, _) if low => "too little current: check motor wires and EN at D7",
         (SelfTestStep::Current, _) => "more current is read than driven: check the sense resistor",
         (SelfTestStep::Encoder, _) if value < -wanted.min => {
             "swap the motor's wires if the finger opened, the encoder's A and B if it closed"
