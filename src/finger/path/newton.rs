@@ -15,8 +15,9 @@ const STRIDE_RAD: f32 = 0.2;
 /// After a step this small compared with the joints' changes the next one, some times its square, is below 1e-5 of them,
 /// and the one after it their rounding.
 const NEAR_SHARE: f32 = 1e-3;
-/// A step this small, radian, is the rounding of what holds the joints while they have hardly turned: about break-away.
-const ROUNDING_RAD: f32 = 1e-6;
+/// A step this small compared with what holds the joints at their stops, over the stiffness, is the rounding of that where they have hardly
+/// turned: about break-away.
+const ROUNDING: f32 = 2e-6;
 /// Longest way, compared with the one before, over which the path's bend is extrapolated.
 const AHEAD: f32 = 4.0;
 
@@ -115,7 +116,9 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
         for _ in 0..STEPS {
             let step = start.local(&self.transmission, &at, rise)?.step()?;
             let (size, shortened) = at.add(&step.into())?;
-            if !shortened && size <= NEAR_SHARE * largest(&at.delta) + ROUNDING_RAD {
+            if !shortened
+                && size <= NEAR_SHARE * largest(&at.delta) + ROUNDING * largest(&start.held)
+            {
                 return Some(at);
             }
         }

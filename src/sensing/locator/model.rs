@@ -264,6 +264,8 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
             // (docs/SENSING.md#torque-that-holds-the-joints). A way that reaches before the onset counts as far as that.
             let half_rad = 0.5 * point.width_counts * self.rad_per_count;
             let half_rad = half_rad.at_most(past_rad).at_least(0.0);
+            // Fingers without a break-away torque of their own leave the stop in their first, narrow points.
+            let half_rad = if F::HOLDS { half_rad } else { 0.0 };
             let way_rad = own * half_rad + f32::MIN_POSITIVE;
             let moves = clamp(0.5 + 0.5 * turns_rad * cable / way_rad, 0.0, 1.0);
             let both = own + cable;

@@ -1,5 +1,5 @@
 use super::*;
-use crate::scene::{Linkage3, P70, Scene, Tendon2};
+use crate::scene::{Linkage3, P70, P70Preloaded, Scene, Tendon2};
 use crate::sensing::Cable;
 use crate::sensing::locator::tests::prior;
 
@@ -279,14 +279,14 @@ fn a_step_at_the_onset_is_averaged_over_its_point() {
 #[test]
 fn a_point_in_which_the_finger_breaks_away_is_the_mean_over_its_way() {
     const PARTS: usize = 201;
-    let finger = P70::MECHANISM;
-    let drivetrain = P70::drivetrain(&finger);
+    let finger = P70Preloaded::MECHANISM;
+    let drivetrain = P70Preloaded::drivetrain(&finger);
     let onset_rad = 0.8;
     let mut values = [0.0; UNKNOWNS];
-    values[K] = 0.045;
+    values[K] = 0.03;
     values[ONSET] = onset_rad;
     values[FACTOR] = 0.95;
-    values[JOINT] = 4e-3;
+    values[JOINT] = 1e-3;
     values[CABLE] = 0.7;
     let hold = Hold::Contact {
         phalanx: 2,
