@@ -35,9 +35,10 @@ pub struct Contact {
 /// One point of the path that the finger takes after contact as the torque rises (docs/MECHANICS.md#finite-torque-step).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PathPoint {
-    /// Change of the input link's angle since contact, radian. Negative while something holds the finger: while a return cable or a
-    /// preloaded spring does, how far the path's tangent at break-away leads back; while the friction of a pulley keeps a joint from
-    /// turning back, the rotation in equilibrium with that friction as it acts once the joint turns.
+    /// Change of the input link's angle since contact, against what [brakes](Mechanics::brake) the joints, radian. Negative while something
+    /// holds the finger: while a return cable or a preloaded spring does, how far the path's tangent at break-away leads back; while other
+    /// torque at a stop, or the friction of a pulley, keeps a joint from turning, the rotation in equilibrium with that torque as it acts
+    /// once the joint turns.
     pub rotation_rad: f32,
     /// Slope of `rotation_rad` over torque at this point, radian per newton metre.
     pub compliance_rad_per_nm: f32,
