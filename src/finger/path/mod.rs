@@ -32,8 +32,7 @@ use response::Responses;
 /// Pieces into which a torque is divided when Newton's method does not reach it in one.
 const PIECES: u8 = 8;
 
-/// Torque beyond break-away over which the tangent is followed, as a share of it: its error is the square of that, and smaller changes of
-/// the joints would be rounding.
+/// Torque beyond break-away over which the tangent is followed, as a share of it: its error is the square, and less turning is rounding.
 const TANGENT_SHARE: f32 = 1e-4;
 
 /// A contact path under way: what was there at contact, and the last point found.
@@ -112,8 +111,7 @@ struct Start<const N: usize, B> {
     /// The finger's weight, along phalanx 1 at contact and across it: twice the torque that it has about joint 1 while the phalanges
     /// are in line, over the stiffness scale.
     weight: [f32; 2],
-    /// Torque that holds the joints beyond the first at their stops, or against the sense in which they begin to turn, over the stiffness
-    /// scale.
+    /// Torque that holds the joints beyond the first at their stops, or against their `sense`, over the stiffness scale.
     held: [f32; N],
     /// Torque that their bearings take in a finger whose joints turned before, over the stiffness scale.
     braked: f32,
@@ -146,6 +144,7 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// See [`super::Mechanics::path`].
+    #[allow(clippy::redundant_closure)] // as long as the figures are those of this code
     pub(crate) fn start(
         &self,
         at: &Configuration<N>,
