@@ -165,7 +165,7 @@ pub fn remedy(
             "offset zero or negative: check A1; small currents are lost"
         }
         (SelfTestStep::Offset, None) if value.is_nan() => {
-            "the motor turns: hold it, check its encoder"
+            "motor does not rest: hold it, check encoder"
         }
         (SelfTestStep::Offset, _) => "offset too large: check ground and the resistor at A1",
         (SelfTestStep::Noise, _) if low => "no noise at all: check A1, and nSLEEP at D4",

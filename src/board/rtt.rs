@@ -113,7 +113,7 @@ pub fn dropped() -> u32 {
     DROPPED.load(Ordering::Relaxed)
 }
 
-/// Takes back what was counted since there were so many; whether there was something.
+/// Sets the count back to `dropped`: a record that was dropped since does not count. Returns whether there was one.
 pub fn take_back(dropped: u32) -> bool {
     let now = self::dropped();
     DROPPED.store(dropped, Ordering::Relaxed);

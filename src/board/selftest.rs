@@ -20,10 +20,10 @@ use super::execute::Application;
 use super::telemetry::Telemetry;
 use super::{bridge, console, control};
 
-/// The supply's limits that are in force, volt, as bits: another one that is set meanwhile waits for a restart.
+/// Bits of the supply's limits in force, volt: those that a user sets meanwhile wait for a restart.
 static SUPPLY_V: [AtomicU32; 2] = [AtomicU32::new(0), AtomicU32::new(0)];
 
-/// Tells the limits that the control interrupt starts with.
+/// Keeps the supply's limits that the control interrupt starts with, for the self-test.
 pub fn limits_in_force(limits: &Limits) {
     SUPPLY_V[0].store(limits.supply_min_v.to_bits(), Ordering::Relaxed);
     SUPPLY_V[1].store(limits.supply_max_v.to_bits(), Ordering::Relaxed);

@@ -241,7 +241,7 @@ impl Changes {
         let dropped = rtt::dropped();
         if dropped != self.dropped {
             Telemetry.dropped(dropped);
-            // Where there is no room for this line it is none of those that it counts, and is tried again.
+            // Do not count this line where it finds no room, and try it again.
             if !rtt::take_back(dropped) {
                 self.dropped = dropped;
             }

@@ -325,6 +325,18 @@ impl Read for Patient {
 }
 
 #[cfg(test)]
+impl Source {
+    /// A program that says what it is told.
+    pub fn echo() -> Self {
+        let from = From::Program {
+            call: vec!["cat".to_owned()],
+            remedy: "",
+        };
+        Self::open(&from, 1.0).expect("cat")
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::*;
 
@@ -341,12 +353,7 @@ mod tests {
 
     #[test]
     fn a_program_gets_commands_and_is_ended() {
-        let call = ["cat".to_owned()];
-        let from = From::Program {
-            call: call.to_vec(),
-            remedy: "",
-        };
-        let source = Source::open(&from, 1.0).expect("cat");
+        let source = Source::echo();
         assert!(source.command("state name=close from=idle"));
         let echo = source
             .messages

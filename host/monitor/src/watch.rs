@@ -296,12 +296,7 @@ mod tests {
 
     /// A watch of a source that says what it is told.
     fn watch() -> Watch {
-        let from = From::Program {
-            call: vec!["cat".to_owned()],
-            remedy: "",
-        };
-        let source = Source::open(&from, 1.0).expect("cat");
-        Watch::new(source, None, |_| None, false, "trace on 5")
+        Watch::new(Source::echo(), None, |_| None, false, "trace on 5")
     }
 
     /// Receives until a line has come so many times, and no more of them.
@@ -359,6 +354,7 @@ mod tests {
         assert!(path.exists());
         std::fs::remove_file(path).expect("the file is there");
     }
+
     #[cfg(unix)]
     #[test]
     fn a_board_that_is_left_streams_no_more() {

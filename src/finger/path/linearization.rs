@@ -237,8 +237,8 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
             rubbing,
             pressing,
             friction: self.friction,
-            // The sign of the change so far would not tell it: while a pulley keeps a joint from turning back the path has it close on, and
-            // below break-away turn the other way.
+            // Not by the sign of the change so far: while a pulley keeps a joint from turning back the path has the joint close on, and
+            // below break-away the path has it turn the other way.
             braking: self.sense.map(|sense| self.rubbed() - sense),
             loaded,
             phi,

@@ -15,8 +15,8 @@ const STRIDE_RAD: f32 = 0.2;
 /// After a step this small compared with the joints' changes the next one, some times its square, is below 1e-5 of them,
 /// and the one after it their rounding.
 const NEAR_SHARE: f32 = 1e-3;
-/// A step this small compared with what holds the joints at their stops, over the stiffness, is the rounding of that where they have hardly
-/// turned: about break-away.
+/// About break-away the joints have hardly turned, and a step is compared with the torque that holds them at their stops, over the
+/// stiffness: one this small is its rounding.
 const ROUNDING: f32 = 2e-6;
 /// Longest way, compared with the one before, over which the path's bend is extrapolated.
 const AHEAD: f32 = 4.0;

@@ -260,8 +260,8 @@ impl<F: Mechanics, X: SeriesElement> Model<F, X> {
         let (mut gives, mut bent_nm) = (1.0, 0.0);
         if X::FLEXIBLE && cable > 0.0 {
             let turns_rad = rotation_rad + own * (missing_rad / cable);
-            // What was measured is the mean over a point's way, of two straight lines where the finger breaks away within that
-            // (docs/SENSING.md#torque-that-holds-the-joints). A way that reaches before the onset counts as far as that.
+            // Predict the mean over the point's way, which is what was measured: that of two straight lines where the finger breaks away
+            // within it (docs/SENSING.md#torque-that-holds-the-joints). Leave out a way before the onset, and as much at the other end.
             let half_rad = 0.5 * point.width_counts * self.rad_per_count;
             let half_rad = half_rad.at_most(past_rad).at_least(0.0);
             // Fingers without a break-away torque of their own leave the stop in their first, narrow points.

@@ -180,7 +180,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             Scaling::of::<F, X>(prior, length_m).hold(&mut x, FRICTION);
         }
         if start == HELD_START {
-            // With three phalanges such a fit strays.
+            // With three phalanges a fit that starts from the prior's cable strays (docs/SENSING.md#torque-that-holds-the-joints).
             if !F::MOVES_ON {
                 (x, fitted) = (values(x[K], prior), false);
             }

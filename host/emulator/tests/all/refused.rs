@@ -89,9 +89,7 @@ fn lines_typed_after_a_refusal_are_answered() {
 fn a_stop_at_rest_does_not_hide_a_refusal() {
     let Some(firmware) = firmware() else { return };
     let mut session = Session::start(&firmware, script("status"), None).expect("a start");
-    while !session.over() {
-        session.millisecond().expect("a sound run");
-    }
+    support::run_out(&mut session);
     session.stop();
     for line in ["calibrate 21", "status"] {
         session.enter(Step::Command(line.to_owned()));

@@ -2,7 +2,7 @@
 //! The self-test on the emulated chip: it passes on a sound board, moves the finger by a few degrees at most, and names what is
 //! wrong where something is.
 
-use crate::support::firmware;
+use crate::support::{self, firmware};
 use palpate_emulator::sim::{Script, Session, Settings};
 use palpate_emulator::{Firmware, Quirks};
 use palpate_plant::Faults;
@@ -278,9 +278,7 @@ fn the_supply_is_judged_by_the_limits_in_force() {
     let mut session = Session::start(&firmware, settings, None).expect("a sound start");
     let plant = session.machine.plant_mut().expect("there is one");
     plant.faults.supply_v = Some(11.0);
-    while !session.over() {
-        session.millisecond().expect("a sound run");
-    }
+    support::run_out(&mut session);
     let events = session.lines.iter().map(|line| line.event());
     let mut supply = events.filter(|event| event.field("step") == Some("supply"));
     let told = supply.next().expect("its line");

@@ -3,7 +3,7 @@
 //!
 //! The same motions are run with and without it, and the instructions of everything that runs, interrupts and tasks, are compared.
 
-use crate::support::firmware;
+use crate::support::{self, firmware};
 use palpate_emulator::Firmware;
 use palpate_emulator::rtt::Reader;
 use palpate_emulator::sim::{Object, Script, Session, Settings};
@@ -87,9 +87,7 @@ fn lost_records_are_counted_and_the_line_that_tells_of_them_is_none() {
         ..Settings::default()
     };
     let mut session = Session::start(&firmware, settings, None).expect("a sound start");
-    while !session.over() {
-        session.millisecond().expect("a sound run");
-    }
+    support::run_out(&mut session);
     for (reader, milliseconds) in [(Reader::Absent, 500), (Reader::Attached, 100)] {
         session.machine.set_reader(reader);
         for _ in 0..milliseconds {

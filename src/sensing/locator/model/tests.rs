@@ -184,6 +184,21 @@ fn beyond_the_end_of_a_path_the_force_goes_on_as_it_rose() {
     }
 }
 
+/// Unknowns of a contact on phalanx 2 whose joints take a torque, newton metre.
+fn held(onset_rad: f32, k_m: f32, factor: f32, joint_nm: f32) -> (Values, Hold) {
+    let mut values = [0.0; UNKNOWNS];
+    values[K] = k_m;
+    values[ONSET] = onset_rad;
+    values[FACTOR] = factor;
+    values[JOINT] = joint_nm;
+    values[CABLE] = 0.7;
+    let hold = Hold::Contact {
+        phalanx: 2,
+        radius_m: 0.006,
+    };
+    (values, hold)
+}
+
 /// Checks that preload holds joint 2 at its stop: only the cable gives way until the torque lifts the joint off the stop.
 #[test]
 fn preload_makes_an_elbow() {
@@ -191,16 +206,7 @@ fn preload_makes_an_elbow() {
     let drivetrain = P70::drivetrain(&finger);
     let onset_rad = 0.8;
     let onset = finger.free_at_angle(onset_rad, &finger.rest()).unwrap();
-    let mut values = [0.0; UNKNOWNS];
-    values[K] = 0.045;
-    values[ONSET] = onset_rad;
-    values[FACTOR] = 1.0;
-    values[JOINT] = 2e-3;
-    values[CABLE] = 0.7;
-    let hold = Hold::Contact {
-        phalanx: 2,
-        radius_m: 0.006,
-    };
+    let (values, hold) = held(onset_rad, 0.045, 1.0, 2e-3);
     let mut model =
         Model::<_, Cable>::new(&finger, (0.0, &drivetrain), &values, &prior(), hold, &onset)
             .unwrap();
@@ -282,16 +288,7 @@ fn a_point_in_which_the_finger_breaks_away_is_the_mean_over_its_way() {
     let finger = P70Preloaded::MECHANISM;
     let drivetrain = P70Preloaded::drivetrain(&finger);
     let onset_rad = 0.8;
-    let mut values = [0.0; UNKNOWNS];
-    values[K] = 0.03;
-    values[ONSET] = onset_rad;
-    values[FACTOR] = 0.95;
-    values[JOINT] = 1e-3;
-    values[CABLE] = 0.7;
-    let hold = Hold::Contact {
-        phalanx: 2,
-        radius_m: 0.006,
-    };
+    let (values, hold) = held(onset_rad, 0.03, 0.95, 1e-3);
     let told = |past_rad: f32, width_rad: f32| {
         let point = Point {
             width_counts: width_rad / drivetrain.rad_per_count,

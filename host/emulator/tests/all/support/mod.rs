@@ -50,6 +50,14 @@ pub fn image(variable: &str) -> Option<Firmware> {
     path(variable).map(|path| Firmware::load(&path).expect("the image loads"))
 }
 
+/// Runs a session until its script is over.
+#[track_caller]
+pub fn run_out(session: &mut Session<'_>) {
+    while !session.over() {
+        session.millisecond().expect("a sound run");
+    }
+}
+
 /// Checks that the control interrupt stayed within its bound and was never late.
 pub fn keeps_up(session: &Session<'_>) {
     let control = session.machine.account().exceptions()[&34];
