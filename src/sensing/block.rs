@@ -19,6 +19,9 @@ const DEAD_BAND: f32 = 1.5;
 const REFERENCE_BLOCKS: u8 = 8;
 /// After this many faster blocks in a row the run's speed is determined anew.
 const FASTER_BLOCKS: u8 = 8;
+/// So many samples without drive between two blocks do not end a run (chosen): gears that stick for a moment, or a motor that is braked for
+/// one, are no end of a motion.
+const BRIDGED: u8 = 8;
 /// A longer time without a sample discards the block, microseconds.
 pub(super) const GAP_US: u32 = 5_000;
 
@@ -82,12 +85,15 @@ struct Run {
     blocks: u8,
     /// Faster blocks in a row.
     faster: u8,
+    /// Samples without drive since the last block.
+    idle: u8,
 }
 
 impl Run {
     /// Whether a block belongs to the run's steady motion. The first blocks determine the speed. A run that was slow at its
     /// beginning gets a new speed; one that slows down later is loaded, and the friction of a worm is different then.
     fn is_steady(&mut self, speed_rad_per_s: f32, tolerance: f32) -> bool {
+        self.idle = 0;
         let ratio = speed_rad_per_s / self.steady_rad_per_s;
         if self.blocks == 0 || self.faster >= FASTER_BLOCKS {
             self.steady_rad_per_s = speed_rad_per_s;
@@ -160,7 +166,12 @@ impl BlockAverager {
         self.last = Some(now);
         let before = self.run.as_ref().map(|run| run.drive);
         let driven = (sample.drive != Drive::Idle).then_some(sample.drive);
-        if before != driven {
+        let idle = driven.is_none() as u8;
+        let is_bridged = self.run.as_mut().is_some_and(|run| {
+            run.idle += idle;
+            idle > 0 && run.idle <= BRIDGED
+        });
+        if before != driven && !is_bridged {
             self.sums = None;
             self.run = driven.map(|drive| Run {
                 drive,
@@ -171,13 +182,14 @@ impl BlockAverager {
                 steady_rad_per_s: 0.0,
                 blocks: 0,
                 faster: 0,
+                idle: 0,
             });
             if before.is_some() {
                 return BlockUpdate::Ended;
             }
         }
         let elapsed_us = now.time_us.wrapping_sub(last.time_us);
-        if elapsed_us > u64::from(GAP_US) || !sample.current_a.is_finite() {
+        if is_bridged || elapsed_us > u64::from(GAP_US) || !sample.current_a.is_finite() {
             self.breach();
             return BlockUpdate::Pending;
         }

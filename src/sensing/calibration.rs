@@ -214,6 +214,19 @@ impl Calibration {
         }
     }
 
+    /// Takes what free closings tell of the torque factor, value and deviation as a share of it, as long as no pin has told it. A value
+    /// that nobody would expect is ignored: friction has changed along the travel, or a spring is not the scene's.
+    #[cfg(not(weightless))]
+    pub(super) fn correct_factor(&mut self, [factor, sigma]: [f32; 2]) {
+        let before = self.torque_factor_sigma * self.torque_factor_sigma;
+        let all = before + sigma * sigma;
+        let news = factor / self.torque_factor - 1.0;
+        if self.contacts == 0 && news * news < IMPLAUSIBLE * IMPLAUSIBLE * all {
+            self.torque_factor *= 1.0 + before / all * news;
+            self.torque_factor_sigma *= sigma / sqrt(all);
+        }
+    }
+
     /// What is known of friction or preload of the joints, mean and deviation, newton metre, from that without pins. The correlation with
     /// ln f becomes that of this deviation.
     pub fn joint(&mut self, [mean_nm, sigma_nm]: [f32; 2]) -> [f32; 2] {

@@ -52,8 +52,8 @@ pub struct Settings {
     #[cfg(not(weightless))]
     pub mounting: Option<Mounting>,
     /// Root mean square of the motor's torque, as [`Block::drive_torque_nm`](super::block::Block::drive_torque_nm), with which the finger
-    /// swings in its cable and on its springs after a motion has begun, newton metre.
-    pub swing_rms_nm: f32,
+    /// swings in its cable and on its springs after a motion has begun, newton metre per radian per second of that motion.
+    pub swing_rms_nm_s_per_rad: f32,
 }
 
 /// Standard deviation of the place on the scene's finger at which a pin is felt, metre: of the pin by hand or by a gauge
@@ -111,7 +111,7 @@ impl Default for Settings {
             worm_error_rad: 0.0,
             #[cfg(not(weightless))]
             mounting: None,
-            swing_rms_nm: 0.0,
+            swing_rms_nm_s_per_rad: 0.0,
         }
     }
 }

@@ -116,7 +116,7 @@ macro_rules! verbs {
 }
 
 verbs! {
-    Help "help" "", "list the commands";
+    Help "help" "", "list commands";
     Status "status" "", "state, position, current, supply, temperature, fault";
     SelfTest "selftest" "",
         "check wiring, sensors, motor; moves a few degrees";
@@ -125,18 +125,18 @@ verbs! {
     Run "run" "", "a grasp: home, close, probe, hold, open";
     Home "home" "", "open to the stop, the zero";
     RecordFriction "record-friction" "",
-        "close and open to record friction: remove objects first";
+        "record friction: remove objects first";
     Calibrate "calibrate" "MM | cable | forget",
-        "press on a pin, or on the closing stop";
+        "press on a pin or the closing stop";
     Close "close" "", "close until contact, probe, hold";
     Open "open" "", "open to rest";
-    Stop "stop" "", "bridge off at once, in any state";
+    Stop "stop" "", "bridge off at once";
     Clear "clear" "", "clear a fault whose cause is gone";
-    Show "show" "", "print the settings";
+    Show "show" "", "print settings";
     Set "set" "NAME VALUE", "change a setting; `show` lists them";
-    Trace "trace" "on [N] | off", "log every sample (1 kHz) or every Nth";
+    Trace "trace" "on [N] | off", "log every sample (1 kHz) or Nth";
     Save "save" "", "keep settings, friction, calibration";
-    Factory "factory" "", "forget all that was saved";
+    Factory "factory" "", "forget what was saved";
 }
 
 /// What is wrong with a line.

@@ -144,7 +144,6 @@ impl<const N: usize, B: BaseJoint> Start<N, B> {
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
     /// See [`super::Mechanics::path`].
-    #[allow(clippy::redundant_closure)] // as long as the figures are those of this code
     pub(crate) fn start(
         &self,
         at: &Configuration<N>,
@@ -195,7 +194,7 @@ impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
             stiffness_scale,
         };
         let last = self.begun(&start, k_m / length_scale)?;
-        start.sense = last.tangent.delta.map(|delta| f32::signum(delta));
+        start.sense = last.tangent.delta.map(f32::signum);
         Some(Path { start, last })
     }
 

@@ -323,7 +323,10 @@ impl Assessment {
             let (Some(mean), Some(count)) = slots else {
                 continue;
             };
-            if let Some(new) = new {
+            // A bin that no recording has filled stays empty: of a later pass only what it differs by is known there.
+            if let Some(new) = new
+                && (is_first || *count > 0)
+            {
                 let was = (*count).min(PASSES_MAX - 1);
                 *mean += new / (f32::from(was) + 1.0);
                 *count = was + 1;

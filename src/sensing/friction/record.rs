@@ -118,6 +118,26 @@ impl Friction {
         self.closing_nm.mean()
     }
 
+    /// The first and the last third of the record: their middles, counts, and the mean torques while closing there, newton metre; `None` of
+    /// an empty record.
+    pub fn thirds(&self) -> Option<[(f32, f32); 2]> {
+        let (first, last) = self.closing_nm.ends()?;
+        let width = (last - first) / 3 + 1;
+        let third = |from: usize| {
+            let (mut counts, mut torque_nm, mut bins) = (0.0, 0.0, 0.0);
+            for index in from..from + width {
+                if let Some(nm) = self.closing_nm.get(index) {
+                    counts += self.middle_counts(index);
+                    torque_nm += nm;
+                    bins += 1.0;
+                }
+            }
+            // At least one end of it is filled.
+            (counts / bins, torque_nm / bins)
+        };
+        Some([third(first), third(last + 1 - width)])
+    }
+
     /// Number of passes in the record's mean.
     pub fn passes(&self) -> u8 {
         self.closing_nm.count.iter().fold(0, |most, &n| most.max(n))

@@ -35,6 +35,9 @@ pub(super) struct CurveCollector<H: JointSensor> {
     pub(super) onset_rad: [f32; 2],
     /// What the closing has told of the torque constant when the round of the fit began.
     pub(super) constant: ConstantShift,
+    /// Torque factor as free closings have told it, and its standard deviation as a share of it.
+    #[cfg(not(weightless))]
+    pub(super) closing_factor: Option<[f32; 2]>,
     onset_us: u32,
     /// Reading of joint 2 at the curve's origin.
     pub(super) reading: H::Reading,
@@ -109,6 +112,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
                 sigma_rad.at_least(ONSET_SIGMA_RAD),
             ],
             constant: ConstantShift::default(),
+            #[cfg(not(weightless))]
+            closing_factor: self.closing_factor(),
             onset_us: first.time_us,
             reading: first.reading,
             joint: H::Told::default(),

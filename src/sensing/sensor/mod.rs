@@ -15,6 +15,8 @@ mod beside;
 mod calibrate;
 mod collector;
 mod contact;
+#[cfg(not(weightless))]
+mod free_closing;
 mod global;
 mod record;
 mod report;
@@ -238,11 +240,11 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         if matches!(directive, Directive::RecordFriction) {
             let empty = Friction::empty(state.travel_counts(), &state.drivetrain);
             self.learning.begin(empty);
-            self.averager.leave_stop();
             state.torque_constant = TorqueConstant::default();
         } else {
             self.learning.end_recording(state);
         }
+        self.averager.leave_stop();
         self.rests = matches!(directive, Directive::Rest);
         if self.rests
             && let Stage::Contact(contact) = &mut self.stage

@@ -17,9 +17,9 @@ pub(super) const HISTORY: usize = detector::ONSETS;
 /// Smallest slope of a contact, as a share of that of the softest contact.
 const LEAST_SLOPE: f32 = 0.5;
 
-/// Way over which the finger's swing after a start fades to a third, radian: the slowest of printed three-phalanx fingers takes 0.7 s
-/// (I, from springs, mass and damping).
-const SWING_RAD: f32 = 0.2;
+/// Time in which the finger's swing after a start fades to a third, second: that of the slowest of printed three-phalanx fingers (I, from
+/// springs, mass and damping).
+const SWING_S: f32 = 0.67;
 /// Share of that swing's mean square that counts as white noise of the curve to which a place is fitted (R, chosen). A swing averages out
 /// along a curve: with a period of two to five blocks it changes the slope of a line through ten to twenty blocks by 0.01 to 0.9 times the
 /// variance that white noise of the same mean square would, a quarter on average.
@@ -171,7 +171,10 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     /// Mean square of the finger's swing after a start, at the motor, newton metre squared.
     fn swing_nm2(&self, block: &Block) -> f32 {
         let way_rad = block.way_counts as f32 * self.drivetrain.rad_per_count;
-        let swing_nm = self.settings.swing_rms_nm * exp(-way_rad / SWING_RAD);
+        let speed_rad_per_s = self.settings.speed_rad_per_s;
+        let swing_nm = self.settings.swing_rms_nm_s_per_rad
+            * speed_rad_per_s
+            * exp(-way_rad / (SWING_S * speed_rad_per_s));
         swing_nm * swing_nm
     }
 
@@ -191,7 +194,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         if self.shift_counts.is_none()
             && let Some(friction) = &self.friction
         {
-            match search.alignment.push(friction, block, &self.drivetrain) {
+            let swing_nm2 = self.swing_nm2(block);
+            match (search.alignment).push(friction, block, swing_nm2, &self.drivetrain) {
                 Aligned::Pending => {}
                 Aligned::By {
                     counts,

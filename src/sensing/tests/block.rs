@@ -99,6 +99,45 @@ fn nothing_of_a_start_a_reversal_or_the_dead_band_becomes_a_block() {
     }
 }
 
+#[test]
+fn gears_that_stick_for_a_moment_end_no_motion() {
+    // Runs closing, stands still for some samples, and goes on; whether the motion ended, and the blocks of its second half.
+    let interrupted = |idle: u64| {
+        let mut averager = BlockAverager::default();
+        blocks(&mut averager, (0, 0), 600, Drive::Closing, |_| 0.02);
+        let mut ended = false;
+        for i in 0..idle {
+            let sample = Sample {
+                emf_v: f32::NAN,
+                time_us: 600_000 + 1000 * (i + 1),
+                position_counts: 18_000,
+                // What flows there must not count.
+                current_a: 5.0,
+                drive: Drive::Idle,
+                joint: (),
+            };
+            ended |= averager.push(&sample, &drivetrain(), &settings()) == BlockUpdate::Ended;
+        }
+        let start = (600_000 + 1000 * idle, 18_000);
+        let found = blocks(&mut averager, start, 200, Drive::Closing, |_| 0.02);
+        (ended, found)
+    };
+    for idle in [1, 8] {
+        let (ended, found) = interrupted(idle);
+        assert!(!ended, "{idle}");
+        // The block that was interrupted is dropped, and the next one tells the speed.
+        assert!((19_000..21_500).contains(&found[0].counts), "{found:?}");
+        assert!(
+            found
+                .iter()
+                .all(|block| (block.drive_torque_nm - 0.2).abs() < 1e-3)
+        );
+    }
+    let (ended, found) = interrupted(9);
+    // A new motion: the first 0.08 rad, 8000 counts, are not used, and that is longer than the way left.
+    assert!(ended && found.is_empty(), "{found:?}");
+}
+
 /// A recording begins while the finger backs off from a press on its opening stop: only the way beyond the stop counts.
 #[test]
 fn the_way_on_which_a_stop_is_left_does_not_count() {

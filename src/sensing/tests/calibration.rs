@@ -201,3 +201,23 @@ fn at_another_speed_what_was_told_is_less_sure_and_nothing_else_is() {
     assert_eq!(faster.cable_rad_per_nm, told.cable_rad_per_nm);
     assert_eq!(faster.cable_sigma_rad_per_nm, told.cable_sigma_rad_per_nm);
 }
+
+#[test]
+fn a_free_closing_corrects_a_factor_that_no_pin_has_told() {
+    let corrected = |start: Calibration, told| {
+        let mut calibration = start;
+        calibration.correct_factor(told);
+        (calibration.torque_factor, calibration.torque_factor_sigma)
+    };
+    // As sure as the prior: half way, and surer by the root of two.
+    let (factor, sigma) = corrected(START, [1.1, 0.1]);
+    assert!((factor - 1.05).abs() < 1e-6 && (sigma - 0.1 / 2f32.sqrt()).abs() < 1e-6);
+    // Nobody would expect that.
+    assert_eq!(corrected(START, [2.0, 0.1]), (1.0, 0.1));
+    assert_eq!(corrected(START, [f32::NAN, 0.1]), (1.0, 0.1));
+    let pinned = Calibration {
+        contacts: 1,
+        ..START
+    };
+    assert_eq!(corrected(pinned, [1.1, 0.1]), (1.0, 0.1));
+}

@@ -191,6 +191,28 @@ fn a_pass_that_ends_early_leaves_no_step() {
     }
 }
 
+/// The recording has a gap, by an interruption; later closings cover it.
+#[test]
+fn a_gap_in_the_recording_is_not_filled_with_a_difference() {
+    let mut friction = Friction::empty(TRAVEL, &geared());
+    let gap = 150_000.0..165_000.0;
+    let broken = |counts: f64| {
+        if gap.contains(&counts) {
+            f64::NAN
+        } else {
+            curve(counts)
+        }
+    };
+    assess(pass_of(&friction, Drive::Closing, broken), &mut friction);
+    for _ in 0..2 {
+        assess(pass_of(&friction, Drive::Closing, curve), &mut friction);
+    }
+    for counts in middles() {
+        let error = f64::from(friction.at(counts).unwrap().torque_nm) - curve(f64::from(counts));
+        assert!(error.abs() < 3e-3, "{counts}: {error}");
+    }
+}
+
 #[test]
 fn a_pass_that_is_too_short_teaches_nothing() {
     let friction = record(1e-3, 1);
