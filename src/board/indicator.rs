@@ -14,10 +14,10 @@ pub struct Button {
 }
 
 impl Button {
-    /// Takes the pin, which the board pulls down.
+    /// Takes the pin. The board pulls it down; so does the chip, for a bridge of solder that is missing.
     pub fn new(pin: Peri<'static, PC13>) -> Self {
         Self {
-            pin: Input::new(pin, Pull::None),
+            pin: Input::new(pin, Pull::Down),
             // Rest must be seen first: a button held through a reset is no press.
             history: u32::MAX,
         }

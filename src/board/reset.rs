@@ -10,7 +10,7 @@ pub enum Reset {
     Power,
     /// The reset pin or the debugger.
     Pin,
-    /// The program asked for it: after a panic or a fault.
+    /// The program asked for it, after a panic or a fault, or a debugger did, after flashing.
     Software,
     /// The independent watchdog.
     Watchdog,

@@ -18,6 +18,9 @@ pub const RUN: [&str; 5] = [
     "--no-catch-hardfault",
 ];
 
+/// Names the probe that probe-rs uses where several are connected.
+const CHOSEN: &str = "PROBE_RS_PROBE";
+
 /// The image of the tests.
 pub fn image() -> Outcome<PathBuf> {
     let build = Build {
@@ -36,7 +39,11 @@ pub fn test(board: bool) -> Outcome {
     let elf = image()?;
     let (mut command, what) = if board {
         let mut command = Command::new("probe-rs");
-        command.args(RUN).arg(&elf);
+        // What it would ask nobody sees: it fails instead.
+        command
+            .args(RUN)
+            .arg(&elf)
+            .env("PROBE_RS_NON_INTERACTIVE", "1");
         (command, "tests on the connected board")
     } else {
         let mut command = host::emulator("bench", &elf, &[])?;
@@ -75,17 +82,25 @@ fn probe() -> Outcome {
         ));
     }
     let listed = output("probe-rs", &["list"]).unwrap_or_default();
-    if connected(&listed) {
-        return Ok(());
+    match connected(&listed) {
+        0 => Err(Failure::new(
+            "no debug probe is connected: connect the NUCLEO-G431RB's ST-LINK by USB; `probe-rs list` must show it",
+        )),
+        // probe-rs would ask which one, where nobody sees the question.
+        2.. if std::env::var_os(CHOSEN).is_none() => Err(Failure::new(format!(
+            "several debug probes are connected: unplug the others, or set {CHOSEN} to VID:PID:SERIAL of one of these\n{listed}"
+        ))),
+        _ => Ok(()),
     }
-    Err(Failure::new(
-        "no debug probe is connected: connect the NUCLEO-G431RB's ST-LINK by USB; `probe-rs list` must show it",
-    ))
 }
 
-/// Whether `probe-rs list` shows a probe: one a line, with a number in brackets.
-fn connected(listed: &str) -> bool {
-    listed.lines().any(|line| line.starts_with("[0]"))
+/// How many probes `probe-rs list` shows: one a line, with a number in brackets.
+fn connected(listed: &str) -> usize {
+    let numbered = |line: &str| {
+        let number = line.strip_prefix('[').and_then(|rest| rest.split_once(']'));
+        number.is_some_and(|(number, _)| number.parse::<u32>().is_ok())
+    };
+    listed.lines().filter(|line| numbered(line)).count()
 }
 
 #[cfg(test)]
@@ -102,10 +117,12 @@ mod tests {
 
     #[test]
     fn a_probe_is_a_line_with_a_number() {
-        assert!(!connected(""));
-        assert!(!connected("No debug probes were found.\n"));
+        assert_eq!(connected(""), 0);
+        assert_eq!(connected("No debug probes were found.\n"), 0);
         let one =
             "The following debug probes were found:\n[0]: STLink V3 -- 0483:374e:0031 (ST-LINK)\n";
-        assert!(connected(one));
+        assert_eq!(connected(one), 1);
+        let two = format!("{one}[1]: CMSIS-DAP -- 0d28:0204:07 (CMSIS-DAP)\n");
+        assert_eq!(connected(&two), 2);
     }
 }

@@ -96,16 +96,9 @@ fn shift_counts(index: f32, drivetrain: &Drivetrain) -> i32 {
 }
 
 impl Alignment {
-    /// Takes a block of a closing, and the mean square of the finger's swing in it, newton metre squared. A block that lies outside the
-    /// record at any shift is ignored.
+    /// Takes a block of a closing. A block that lies outside the record at any shift is ignored.
     #[inline(never)]
-    pub fn push(
-        &mut self,
-        friction: &Friction,
-        block: &Block,
-        swing_nm2: f32,
-        drivetrain: &Drivetrain,
-    ) -> Aligned {
+    pub fn push(&mut self, friction: &Friction, block: &Block, drivetrain: &Drivetrain) -> Aligned {
         let at = |index: usize| {
             let shift = shift_counts(index as f32, drivetrain);
             let known = friction.at(block.counts.wrapping_add(shift));
@@ -132,7 +125,7 @@ impl Alignment {
         let [a, b, d] = self.covariance;
         let (a, b) = (stationary + phi * phi * (a - stationary), phi * b);
         // Includes the record's own noise, which is that of the motion it was taken from.
-        let noise_nm2 = 2.0 * friction.white_nm2(block.duration_s) + swing_nm2;
+        let noise_nm2 = 2.0 * friction.white_nm2(block.duration_s);
         let variance = a + 2.0 * b + d + noise_nm2;
         let gains = [(a + b) / variance, (b + d) / variance];
         self.covariance = [

@@ -284,7 +284,8 @@ impl Assessment {
         let share = 1.0 / (f32::from(passes) + 1.0);
         let white = self.white_nm2.get(self.evidence.likeliest());
         if let Some(white_nm2) = white.filter(|white| white.is_finite()) {
-            let floor = LEAST_NOISE * self.coefficients[0];
+            // The mean of a pass that was compared with a record is only a difference.
+            let floor = LEAST_NOISE * record.mean_nm().unwrap_or(self.coefficients[0]);
             let white_nm2_s = white_nm2.at_least(floor * floor) * self.pass.block_s();
             let share = if record.white_nm2_s > 0.0 {
                 0.5 * share

@@ -13,6 +13,9 @@ use crate::sensing::{Drive, Event};
 
 /// Share of the travel that a recording must cover.
 const COVERAGE: f32 = 0.6;
+/// Angle from the opening stop where a recording must have begun, radian (chosen: a closing that settles takes a third of it): before its
+/// beginning no contact is felt.
+const BEGUN_RAD: f32 = 0.25;
 /// Samples between two steps of an assessment, so that steps leave time for everything else.
 const SAMPLES_PER_STEP: u8 = 4;
 /// Blocks before a contact's onset that do not count as free motion.
@@ -170,8 +173,10 @@ impl Learning {
             return;
         };
         let coverage = draft.coverage();
+        let begun = draft.at((BEGUN_RAD / draft.rad_per_count) as i32);
         // No torque of an opening: the recording was ended while the finger closed, perhaps by something in its way.
         if coverage >= COVERAGE
+            && begun.is_some()
             && draft.opening_nm != 0.0
             && draft.is_valid()
             && let Some(closing_nm) = draft.mean_nm()

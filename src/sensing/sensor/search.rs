@@ -19,7 +19,7 @@ const LEAST_SLOPE: f32 = 0.5;
 
 /// Time in which the finger's swing after a start fades to a third, second: that of the slowest of printed three-phalanx fingers (I, from
 /// springs, mass and damping).
-const SWING_S: f32 = 0.67;
+const SWING_S: f32 = 2.0 / 3.0;
 /// Share of that swing's mean square that counts as white noise of the curve to which a place is fitted (R, chosen). A swing averages out
 /// along a curve: with a period of two to five blocks it changes the slope of a line through ten to twenty blocks by 0.01 to 0.9 times the
 /// variance that white noise of the same mean square would, a quarter on average.
@@ -194,8 +194,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         if self.shift_counts.is_none()
             && let Some(friction) = &self.friction
         {
-            let swing_nm2 = self.swing_nm2(block);
-            match (search.alignment).push(friction, block, swing_nm2, &self.drivetrain) {
+            match search.alignment.push(friction, block, &self.drivetrain) {
                 Aligned::Pending => {}
                 Aligned::By {
                     counts,

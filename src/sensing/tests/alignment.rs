@@ -11,7 +11,7 @@ fn align(friction: &Friction, shift: i32, life: &mut Life, extra: impl Fn(i32) -
         let mut block = life.block(Drive::Closing, index, extra(1024 * index));
         let counts = f64::from(block.counts);
         block.drive_torque_nm += (curve(counts + f64::from(shift)) - curve(counts)) as f32;
-        let told = alignment.push(friction, &block, 0.0, &geared());
+        let told = alignment.push(friction, &block, &geared());
         if told != Aligned::Pending {
             return told;
         }
@@ -94,7 +94,7 @@ fn friction_without_a_ripple_is_taken_as_it_lies() {
         let told = (FIRST..200).find_map(|index| {
             let torque_nm = 0.17 + 1e-3 * noise.normal();
             let block = block(Drive::Closing, 1024 * index + shift, torque_nm);
-            let told = alignment.push(&friction, &block, 0.0, &geared());
+            let told = alignment.push(&friction, &block, &geared());
             (told != Aligned::Pending).then_some(told)
         });
         let Some(Aligned::By { counts: found, .. }) = told else {
@@ -103,31 +103,4 @@ fn friction_without_a_ripple_is_taken_as_it_lies() {
         // 8 mrad are 1670 counts.
         assert!(found.abs() <= 1670, "{found}");
     }
-}
-
-#[test]
-fn a_swing_after_the_start_is_no_misfit() {
-    let friction = record(1e-3, 3);
-    let rms_nm = 0.013;
-    let told = |heeded_nm2: f32| {
-        let mut alignment = Alignment::default();
-        let mut noise = Noise(11);
-        (FIRST..200).find_map(|index| {
-            let faded = (-(index - FIRST) as f32 / 40.0).exp();
-            let swing_nm = rms_nm * faded * 2f32.sqrt() * (1.9 * index as f32).sin();
-            let torque_nm = curve(f64::from(1024 * index + 512)) as f32;
-            let noise_nm = 1e-3 * noise.normal();
-            let block = block(
-                Drive::Closing,
-                1024 * index + 512,
-                torque_nm + swing_nm + noise_nm,
-            );
-            let swing_nm2 = heeded_nm2 * faded * faded;
-            let told = alignment.push(&friction, &block, swing_nm2, &geared());
-            (told != Aligned::Pending).then_some(told)
-        })
-    };
-    assert!(matches!(told(rms_nm * rms_nm), Some(Aligned::By { .. })));
-    // Taken for a motion that is not free where nobody expects it.
-    assert!(matches!(told(0.0), Some(Aligned::Nowhere { .. })));
 }

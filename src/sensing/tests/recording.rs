@@ -65,3 +65,25 @@ fn a_recording_that_ends_while_the_finger_closes_is_none() {
         );
     }
 }
+
+/// The gears stuck for a while: without its beginning a record would feel nothing there, and beyond an interruption there is nothing to
+/// compare with.
+#[test]
+fn a_recording_that_is_interrupted_is_none() {
+    for at_rad in [0.35, 0.95] {
+        let (mut sensor, mut time_us) = recorded();
+        let before = sensor.friction().cloned();
+        sensor.direct(Directive::RecordFriction);
+        for way in [(0.0, at_rad), (at_rad, 1.5)] {
+            motion(&mut sensor, &mut time_us, way, friction_a);
+        }
+        motion(&mut sensor, &mut time_us, (1.5, 0.0), |a| -friction_a(a));
+        sensor.direct(Directive::Rest);
+        let told = motion(&mut sensor, &mut time_us, (0.0, 0.01), friction_a);
+        assert!(
+            matches!(told[..], [Event::FrictionNotRecorded { .. }]),
+            "{at_rad}: {told:?}"
+        );
+        assert_eq!(sensor.friction().cloned(), before);
+    }
+}
