@@ -156,11 +156,9 @@ pub fn remedy(
             "check supply and divider at A5; set supply-min, supply-max to it, save, restart"
         }
         (SelfTestStep::Wake, _) => {
-            "nFAULT stays low: is the bridge supplied, nSLEEP at D4, nFAULT at D6, no output shorted?"
+            "nFAULT is low: check the bridge's supply, D4, D6, shorted outputs"
         }
-        (SelfTestStep::BreakInput, _) => {
-            "nFAULT is held high: remove a pull-up or a short to 3.3 V"
-        }
+        (SelfTestStep::BreakInput, _) => "nFAULT stays high: remove pull-up or short to 3.3 V",
         (SelfTestStep::Offset, None) if low => {
             "offset zero or negative: check A1; small currents are lost"
         }
@@ -171,16 +169,16 @@ pub fn remedy(
         (SelfTestStep::Noise, _) if low => "no noise at all: check A1, and nSLEEP at D4",
         (SelfTestStep::Noise, _) => "keep the motor's wires away from A1, fit its capacitor",
         (_, Some(Fault::EncoderReversed)) => {
-            "swap the motor's wires if the finger opened, the encoder's A and B if it closed"
+            "swap motor wires if the finger opened, encoder A and B if it closed"
         }
         (_, Some(Fault::EncoderStuck | Fault::EncoderJump)) => NOT_FOLLOWING,
         (_, Some(Fault::SenseStuck)) => {
             "no current: check the sense wire at A1, motor wires, EN at D7"
         }
         (SelfTestStep::Current, _) if low => "too little current: check motor wires and EN at D7",
-        (SelfTestStep::Current, _) => "more current is read than driven: check the sense resistor",
+        (SelfTestStep::Current, _) => "too much current is read: check the sense resistor",
         (SelfTestStep::Encoder, _) if value < -wanted.min => {
-            "swap the motor's wires if the finger opened, the encoder's A and B if it closed"
+            "swap motor wires if the finger opened, encoder A and B if it closed"
         }
         (SelfTestStep::Encoder, _) => NOT_FOLLOWING,
         (SelfTestStep::Travel, _) => "too stiff: free the finger and the drivetrain",

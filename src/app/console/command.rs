@@ -254,7 +254,7 @@ impl Verb {
 
 fn calibrate(words: &mut Words<'_>) -> Result<Calibrate, CommandError> {
     const EXPECTED: CommandError = CommandError::Expected {
-        what: "the pin's place in mm, or cable, or forget",
+        what: "a place in mm, cable or forget",
     };
     let word = words.next().ok_or(EXPECTED)?;
     if same(word, "cable") {
@@ -273,7 +273,7 @@ const MOST_SAMPLES: f32 = 1000.0;
 
 fn trace(words: &mut Words<'_>) -> Result<Command, CommandError> {
     const EXPECTED: CommandError = CommandError::Expected {
-        what: "on, on with a whole number from 1 to 1000, or off",
+        what: "on, on N with 1 to 1000, or off",
     };
     let word = words.next().ok_or(EXPECTED)?;
     if same(word, "off") {

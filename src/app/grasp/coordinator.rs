@@ -243,7 +243,8 @@ impl<S: Scene> Coordinator<S> {
         let wanted_n = self.value(Setting::HoldForce);
         let limit_a = self.value(Setting::CurrentLimit);
         let current_a = self.hold.current_a(force_n, wanted_n);
-        let scene_a = settled.then_some(S::MOTION.holding_current_a);
+        // With more than probing ended with, a finger whose contact is lost would speed up.
+        let scene_a = settled.then(|| S::MOTION.holding_current_a.at_most(self.hold.probed_a()));
         let Some(holding_a) = current_a.or(scene_a) else {
             return false;
         };
@@ -279,7 +280,7 @@ impl<S: Scene> Coordinator<S> {
         }
         if motion.changed == Some((State::Probe, State::Hold)) && !self.hold.is_settled() {
             // Until the last word: with more, the finger would close on, and the force that is told would belong to another current.
-            self.sequence.limit_holding_current(status.current_a);
+            self.sequence.limit_holding_current(self.hold.probed_a());
         }
         let directive = match motion.changed {
             Some((_, State::Close)) if self.sequence.is_pressing() => {

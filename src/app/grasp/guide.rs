@@ -91,7 +91,7 @@ impl fmt::Display for Hint {
                 "no such place on the last phalanx: give the distance"
             }
             Self::Again(Refusal::Misfit) => {
-                "that was no single fixed pin or stop: let nothing else touch; repeat"
+                "no single fixed pin or stop: let nothing else touch; repeat"
             }
             Self::Again(Refusal::Implausible) => {
                 "too far from what was known: check the place, or enter: calibrate forget"

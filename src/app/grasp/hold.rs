@@ -26,7 +26,13 @@ impl ForceHold {
 
     /// Takes the current while probing. Once the motor holds, its current says nothing of the force: the worm stands.
     pub fn probing(&mut self, current_a: f32) {
-        self.probing_a = current_a;
+        // A motor that is braked holds nothing, and must not open the finger.
+        self.probing_a = current_a.at_least(0.0);
+    }
+
+    /// The current that probing ended with.
+    pub fn probed_a(&self) -> f32 {
+        self.probing_a
     }
 
     /// The last word on the contact sets the current that holds.

@@ -154,9 +154,9 @@ impl Sequence {
         }
     }
 
-    /// Whether the goal's first motion needs a finger that is open.
+    /// Whether the goal's first motion needs a finger that is open: of a closing that begins with a load nobody knows where it began.
     fn begins_at_rest(&self) -> bool {
-        self.goal == Request::Press || self.must_record()
+        self.goal == Request::Press || self.unsure || self.must_record()
     }
 
     /// The goal's first motion of a finger at its rest position.

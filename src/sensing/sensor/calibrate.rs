@@ -14,6 +14,8 @@ const STOP_YIELD_RAD_PER_NM: f32 = 4e-3;
 /// Model error of the cable in a press, as a share of its twist: it stiffens with the load, and its creep differs from the
 /// nominal one (R, chosen).
 const PRESS_SHARE: f32 = 0.02;
+/// Share of the free travel before which nothing is the closing stop.
+const BEFORE_STOP: f32 = 0.9;
 
 impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     pub(super) fn is_calibrating(&self) -> bool {
@@ -58,6 +60,10 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     // Not inlined, so that its symbol shows whether a scene carries it: one without a cable must not.
     #[inline(never)]
     fn learn_from_press(&self, contact: &mut Contact<F, H, X>) -> Result<Calibration, Refusal> {
+        let closed_rad = contact.collector.onset_rad[0] - self.drivetrain.opening_stop_rad;
+        if closed_rad < BEFORE_STOP * self.settings.travel_rad {
+            return Err(Refusal::Misfit);
+        }
         let Learned {
             calibration: mut found,
             misfit,

@@ -131,10 +131,14 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     }
 
     /// Takes other settings, from the next sample on: a closing under way goes on with them. At another speed what was calibrated is less
-    /// sure. A contact that is still judged is dropped where the speed or the contact friction changes, as by [`Self::set_calibration`].
+    /// sure. A contact that is still judged is dropped where speed, contact friction or mounting change, as by [`Self::set_calibration`].
     pub fn set_settings(&mut self, settings: Settings) {
         let state = &mut self.state;
         let before = core::mem::replace(&mut state.settings, settings);
+        #[cfg(not(weightless))]
+        if before.mounting != state.settings.mounting {
+            self.stage = Stage::Idle;
+        }
         let (before, friction) = (before.speed_rad_per_s, before.contact_friction);
         let now = state.settings.speed_rad_per_s;
         if before != now || friction != state.settings.contact_friction {

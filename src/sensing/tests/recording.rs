@@ -1,8 +1,8 @@
-//! Recordings of friction that end too early.
+//! Recordings of friction that end too early, and presses that do.
 
 use super::sensor::{friction_a, motion, recorded};
 use crate::scene::{P70, Scene};
-use crate::sensing::{Directive, Event};
+use crate::sensing::{Directive, Event, Refusal};
 
 #[test]
 fn a_motion_that_is_too_short_leaves_the_old_record() {
@@ -86,4 +86,20 @@ fn a_recording_that_is_interrupted_is_none() {
         );
         assert_eq!(sensor.friction().cloned(), before);
     }
+}
+
+/// A pin that was left in the way yields with the finger: taken for the stop it would make the cable too soft.
+#[test]
+fn what_is_met_before_the_stop_is_not_pressed_on_as_the_stop() {
+    let (mut sensor, mut time_us) = recorded();
+    let before = *sensor.calibration();
+    sensor.direct(Directive::CalibrateCable);
+    let told = motion(&mut sensor, &mut time_us, (0.0, 1.1), |angle| {
+        friction_a(angle) + 0.3 * (angle - 0.9).max(0.0)
+    });
+    let refused = Event::CalibrationRefused {
+        why: Refusal::Misfit,
+    };
+    assert!(told.contains(&refused), "{told:?}");
+    assert_eq!(*sensor.calibration(), before);
 }

@@ -278,11 +278,12 @@ impl Known {
         ])
     }
 
-    /// Covariance of all unknowns after a press on the stop.
+    /// Covariance of all unknowns after a free closing and a press on the stop.
     pub(super) fn pressed(&self, deviations: &[f64; UNKNOWNS], pulleys: Pulleys) -> DMatrix<f64> {
         let mut known = prior(deviations);
         pulleys.know(&mut known);
         self.press_on_stop(&mut known, deviations);
+        self.close_freely(&mut known, deviations);
         known
     }
 

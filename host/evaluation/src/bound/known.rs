@@ -44,6 +44,12 @@ pub(super) const TURNS: f64 = 2.0;
 pub(super) const WHITE_NM: f64 = 2e-4;
 /// Bounce at contact, newton metre, and the angle over which it dies, radian, for a speed of 1 rad/s.
 const IMPACT: [f64; 2] = [5e-3 / 0.3, 0.04];
+/// Friction of a free closing behind the gears, newton metre, and by what share of it the last third of a closing may differ from the
+/// first, as the firmware assumes (docs/SENSING.md#what-a-free-closing-tells).
+const FREE_NM: f64 = 0.055;
+const UNEVEN: f64 = 0.1;
+/// Where a closing is steady, radian from the opening stop.
+const STEADY_RAD: f64 = 0.08;
 /// Deviation of a uniform distribution, as a share of its width.
 pub(super) const UNIFORM: f64 = 0.289;
 
@@ -229,6 +235,31 @@ impl Known {
         for (unknown, deviation) in [(CABLE, pressed_rad), (BEND, 0.1)] {
             let before = known[(unknown, unknown)];
             known[(unknown, unknown)] = (deviation / deviations[unknown]).powi(2).min(before);
+        }
+    }
+
+    /// Tells the torque factor of a finger with springs and a stated weight, as a free closing does: by the rise from the first third to the
+    /// last.
+    pub(super) fn close_freely(&self, known: &mut DMatrix<f64>, deviations: &[f64]) {
+        if self.opened.weight.is_none() {
+            return;
+        }
+        let drive = self.press(1, &self.means(&Chosen::SOME)).1;
+        let way_rad = f64::from(self.settings.closing_stop_rad) - STEADY_RAD;
+        let torque_nm = |left: f64| {
+            (self.opened)
+                .free(self.closed_rad - left * way_rad, &drive)
+                .map(|free| free.torque_nm)
+        };
+        let (Some(first_nm), Some(last_nm)) = (torque_nm(5.0 / 6.0), torque_nm(1.0 / 6.0)) else {
+            return;
+        };
+        let taken_nm = (last_nm - first_nm) / drive.factor;
+        let off_nm = (UNEVEN * FREE_NM).hypot(2f64.sqrt() * self.noise.wander_nm);
+        if taken_nm > 0.0 {
+            let variance = (drive.factor * off_nm / taken_nm / deviations[FACTOR]).powi(2);
+            let before = known[(FACTOR, FACTOR)];
+            known[(FACTOR, FACTOR)] = before * variance / (before + variance);
         }
     }
 

@@ -102,14 +102,8 @@ fn wrong_lines_are_told_what_was_expected() {
             "set closing-speed 0.3 rad/s now",
             "too many words; expected NAME VALUE",
         ),
-        (
-            "calibrate",
-            "expected the pin's place in mm, or cable, or forget",
-        ),
-        (
-            "calibrate 1e9",
-            "expected the pin's place in mm, or cable, or forget",
-        ),
+        ("calibrate", "expected a place in mm, cable or forget"),
+        ("calibrate 1e9", "expected a place in mm, cable or forget"),
         (
             "calibrate -5",
             "the place must be 1 to 500 mm from the joint",

@@ -252,6 +252,22 @@ fn close_keeps_the_grip_and_open_lets_go() {
     assert!(simulation.bench.link_rad() < 0.07);
 }
 
+/// Where the load began on a finger that is pressed already nobody would know.
+#[test]
+fn a_second_closing_begins_with_an_opening() {
+    use State::*;
+    let mut simulation = Simulation::new(7);
+    simulation.bench.object_rad = 0.5;
+    simulation.sequence.friction_known = true;
+    simulation.ends(Request::Close, MotionResult::Contact);
+    simulation.log.clear();
+    simulation.ends(Request::Close, MotionResult::Contact);
+    assert_eq!(
+        simulation.states(),
+        [CalibrateOffset, Open, Close, Probe, Hold, Idle]
+    );
+}
+
 /// The bench's worm takes as much current to be started under a load as made the load, free motion a third of it.
 #[test]
 fn a_worm_that_settled_under_load_is_broken_away() {
