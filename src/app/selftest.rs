@@ -156,7 +156,7 @@ pub fn remedy(
             "check supply and divider at A5; set supply-min, supply-max to it, save, restart"
         }
         (SelfTestStep::Wake, _) => {
-            "nFAULT is low: check the bridge's supply, D4, D6, shorted outputs"
+            "nFAULT low: check bridge supply, nSLEEP at D4, D6, shorted outputs"
         }
         (SelfTestStep::BreakInput, _) => "nFAULT stays high: remove pull-up or short to 3.3 V",
         (SelfTestStep::Offset, None) if low => {
