@@ -17,7 +17,7 @@ use cortex_m::peripheral::scb::VectActive;
 
 /// Room for records, some 15 bytes each: a grasp makes some dozens a second at most; `help`, the longest answer, is some 900 bytes (I).
 /// probe-rs looks every 100 milliseconds, `monitor` every few.
-const UP_BYTES: usize = 1024;
+const UP_BYTES: usize = 896;
 /// Room for command bytes; the command task empties it every few milliseconds.
 const DOWN_BYTES: usize = 64;
 

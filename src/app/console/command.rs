@@ -119,10 +119,10 @@ verbs! {
     Help "help" "", "list commands";
     Status "status" "", "state, position, current, supply, temperature, fault";
     SelfTest "selftest" "",
-        "check wiring, sensors, motor; moves a few degrees";
+        "check wiring, sensors, motor; moves slightly";
     Identify "identify" "",
-        "measure resistance, torque constant, inertia, friction";
-    Run "run" "", "a grasp: home, close, probe, hold, open";
+        "measure resistance, constant, inertia, friction";
+    Run "run" "", "home, close, probe, hold, open";
     Home "home" "", "open to the stop, the zero";
     RecordFriction "record-friction" "",
         "record friction: remove objects first";
