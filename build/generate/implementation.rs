@@ -336,7 +336,7 @@ const _: &<{name} as palpate::scene::Scene>::Finger = &<{name} as palpate::scene
         of("sensing.object_compliance_sigma_m_per_n"),
         of("sensing.leverage_sigma"),
         of("sensing.worm_error_rad"),
-        // Convert the finger's largest swing to the motor's torque before the gears' losses, root mean square, of a slow motion.
+        // Convert the finger's largest swing to the motor's torque before the gears' losses, root mean square per closing speed.
         literal(scene.number("sensing.swing_nm") * FRAC_1_SQRT_2 / (efficiency(scene) * scene.number("motion.closing_rad_per_s"))),
     )
 }

@@ -14,7 +14,7 @@ pub struct Button {
 }
 
 impl Button {
-    /// Takes the pin. The board pulls it down; so does the chip, for a bridge of solder that is missing.
+    /// Takes the pin. The chip pulls it down as well as the board, whose solder bridge may be open.
     pub fn new(pin: Peri<'static, PC13>) -> Self {
         Self {
             pin: Input::new(pin, Pull::Down),

@@ -19,8 +19,8 @@ const DEAD_BAND: f32 = 1.5;
 const REFERENCE_BLOCKS: u8 = 8;
 /// After this many faster blocks in a row the run's speed is determined anew.
 const FASTER_BLOCKS: u8 = 8;
-/// So many samples without drive between two blocks do not end a run (chosen): gears that stick for a moment, or a motor that is braked for
-/// one, are no end of a motion.
+/// Largest number of samples without drive between two blocks that does not end a run (chosen): gears may stick for a moment, and the speed
+/// loop may brake for one.
 const BRIDGED: u8 = 8;
 /// A longer time without a sample discards the block, microseconds.
 pub(super) const GAP_US: u32 = 5_000;

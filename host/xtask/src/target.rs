@@ -39,7 +39,7 @@ pub fn test(board: bool) -> Outcome {
     let elf = image()?;
     let (mut command, what) = if board {
         let mut command = Command::new("probe-rs");
-        // What it would ask nobody sees: it fails instead.
+        // Its questions would go into the file: let it fail instead.
         command
             .args(RUN)
             .arg(&elf)
@@ -86,7 +86,7 @@ fn probe() -> Outcome {
         0 => Err(Failure::new(
             "no debug probe is connected: connect the NUCLEO-G431RB's ST-LINK by USB; `probe-rs list` must show it",
         )),
-        // probe-rs would ask which one, where nobody sees the question.
+        // probe-rs would have to ask which one.
         2.. if std::env::var_os(CHOSEN).is_none() => Err(Failure::new(format!(
             "several debug probes are connected: unplug the others, or set {CHOSEN} to VID:PID:SERIAL of one of these\n{listed}"
         ))),

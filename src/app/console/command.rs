@@ -121,7 +121,7 @@ verbs! {
     SelfTest "selftest" "",
         "check wiring, sensors, motor; moves slightly";
     Identify "identify" "",
-        "measure resistance, constant, inertia, friction";
+        "measure motor constants, inertia and friction";
     Run "run" "", "home, close, probe, hold, open";
     Home "home" "", "open to the stop, the zero";
     RecordFriction "record-friction" "",

@@ -1,5 +1,4 @@
-//! The motion half of the slow loop: carries commands out on the motion sequence and says what the sensing half has to do
-//! meanwhile.
+//! The motion half of the slow loop: carries commands out on the motion sequence and directs the sensing half meanwhile.
 
 use core::marker::PhantomData;
 

@@ -154,7 +154,7 @@ impl Sequence {
         }
     }
 
-    /// Whether the goal's first motion needs a finger that is open: of a closing that begins with a load nobody knows where it began.
+    /// Whether the goal's first motion needs a finger that is open. A closing of a finger that is pressed would miss where the contact began.
     fn begins_at_rest(&self) -> bool {
         self.goal == Request::Press || self.unsure || self.must_record()
     }

@@ -284,7 +284,7 @@ impl Assessment {
         let share = 1.0 / (f32::from(passes) + 1.0);
         let white = self.white_nm2.get(self.evidence.likeliest());
         if let Some(white_nm2) = white.filter(|white| white.is_finite()) {
-            // The mean of a pass that was compared with a record is only a difference.
+            // A later pass has the record subtracted, so its own mean is near 0.
             let floor = LEAST_NOISE * record.mean_nm().unwrap_or(self.coefficients[0]);
             let white_nm2_s = white_nm2.at_least(floor * floor) * self.pass.block_s();
             let share = if record.white_nm2_s > 0.0 {
@@ -324,7 +324,7 @@ impl Assessment {
             let (Some(mean), Some(count)) = slots else {
                 continue;
             };
-            // A bin that no recording has filled stays empty: of a later pass only what it differs by is known there.
+            // Leave a bin empty that the recording missed: there is no record that a later pass could differ from.
             if let Some(new) = new
                 && (is_first || *count > 0)
             {

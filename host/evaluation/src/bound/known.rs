@@ -244,7 +244,7 @@ impl Known {
         if self.opened.weight.is_none() {
             return;
         }
-        let drive = self.press(1, &self.means(&Chosen::SOME)).1;
+        let drive = self.drive();
         let way_rad = f64::from(self.settings.closing_stop_rad) - STEADY_RAD;
         let torque_nm = |left: f64| {
             (self.opened)
@@ -344,9 +344,14 @@ impl Known {
         (press, drive)
     }
 
+    /// Gears and cable by the data sheets.
+    fn drive(&self) -> Drive {
+        self.press(1, &self.means(&Chosen::SOME)).1
+    }
+
     /// Measured angle at which joint 1 of the free finger is at an angle.
     pub(super) fn onset_rad(&self, theta_1_rad: f64) -> Option<f64> {
-        let drive = self.press(1, &self.means(&Chosen::SOME)).1;
+        let drive = self.drive();
         let theta_1 = |angle_rad: f64| Some(self.opened.free(angle_rad, &drive)?.theta[0]);
         let (mut low, mut high) = (0.0, self.closed_rad);
         for _ in 0..40 {

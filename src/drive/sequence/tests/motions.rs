@@ -223,14 +223,20 @@ fn pressing_on_a_soft_cable_ends_at_the_position_limit() {
     simulation.ends(Request::Press, MotionResult::Complete);
 }
 
+/// A finger that holds an object, with friction known.
+fn grasping(seed: u64) -> Simulation {
+    let mut simulation = Simulation::new(seed);
+    simulation.bench.object_rad = 0.5;
+    simulation.sequence.friction_known = true;
+    simulation.ends(Request::Close, MotionResult::Contact);
+    simulation
+}
+
 /// Pressed on, an object in the finger would be taken for the stop.
 #[test]
 fn a_press_of_a_closed_finger_begins_with_its_opening() {
     use State::*;
-    let mut simulation = Simulation::new(3);
-    simulation.bench.object_rad = 0.5;
-    simulation.sequence.friction_known = true;
-    simulation.ends(Request::Close, MotionResult::Contact);
+    let mut simulation = grasping(3);
     // Taken away as soon as the finger lets go.
     simulation.bench.object_rad = f64::INFINITY;
     simulation.log.clear();
@@ -243,23 +249,17 @@ fn a_press_of_a_closed_finger_begins_with_its_opening() {
 
 #[test]
 fn close_keeps_the_grip_and_open_lets_go() {
-    let mut simulation = Simulation::new(4);
-    simulation.bench.object_rad = 0.5;
-    simulation.sequence.friction_known = true;
-    simulation.ends(Request::Close, MotionResult::Contact);
+    let mut simulation = grasping(4);
     assert!(simulation.bench.link_rad() > 0.5);
     simulation.ends(Request::Open, MotionResult::Complete);
     assert!(simulation.bench.link_rad() < 0.07);
 }
 
-/// Where the load began on a finger that is pressed already nobody would know.
+/// A closing that begins under load would miss where the contact began.
 #[test]
 fn a_second_closing_begins_with_an_opening() {
     use State::*;
-    let mut simulation = Simulation::new(7);
-    simulation.bench.object_rad = 0.5;
-    simulation.sequence.friction_known = true;
-    simulation.ends(Request::Close, MotionResult::Contact);
+    let mut simulation = grasping(7);
     simulation.log.clear();
     simulation.ends(Request::Close, MotionResult::Contact);
     assert_eq!(
@@ -272,10 +272,7 @@ fn a_second_closing_begins_with_an_opening() {
 #[test]
 fn a_worm_that_settled_under_load_is_broken_away() {
     let pressed = |seed| {
-        let mut simulation = Simulation::new(seed);
-        simulation.bench.object_rad = 0.5;
-        simulation.sequence.friction_known = true;
-        simulation.ends(Request::Close, MotionResult::Contact);
+        let mut simulation = grasping(seed);
         let mut motion = motion();
         motion.free_current_a = 0.06;
         simulation.sequence.set_motion(motion);
