@@ -135,17 +135,17 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
     pub fn set_settings(&mut self, settings: Settings) {
         let state = &mut self.state;
         let before = core::mem::replace(&mut state.settings, settings);
+        #[cfg(weightless)]
+        let is_turned = false;
         #[cfg(not(weightless))]
-        if before.mounting != state.settings.mounting {
-            self.stage = Stage::Idle;
-        }
-        let (before, friction) = (before.speed_rad_per_s, before.contact_friction);
+        let is_turned = before.mounting != state.settings.mounting;
+        let (was, friction) = (before.speed_rad_per_s, before.contact_friction);
         let now = state.settings.speed_rad_per_s;
-        if before != now || friction != state.settings.contact_friction {
+        if is_turned || was != now || friction != state.settings.contact_friction {
             self.stage = Stage::Idle;
         }
         // Approximate the logarithm of the speeds' ratio (0.91 for 0.98 at a ratio of 2.7); exactly 0 where the speed stays.
-        let change = (now - before) / (0.5 * (now + before));
+        let change = (now - was) / (0.5 * (now + was));
         let share = state.drivetrain.efficiency_per_speed * change;
         state.calibration.change_speed(share);
         state.hang();

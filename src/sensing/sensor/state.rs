@@ -131,11 +131,11 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         if let Place::Anywhere = place {
             calibration.correct_constant(&collector.constant);
         }
-        if !matches!(place, Place::Stop) {
-            #[cfg(not(weightless))]
-            if let Some(told) = collector.closing_factor {
-                calibration.correct_factor(told);
-            }
+        #[cfg(not(weightless))]
+        if let Some(told) = collector.closing_factor
+            && !matches!(place, Place::Stop)
+        {
+            calibration.correct_factor(told);
         }
         let weight_held_nm = (collector.stop_nm - settings.preload_nm[0]).at_least(0.0);
         let joint_nm = calibration.joint([
