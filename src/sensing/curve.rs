@@ -84,6 +84,8 @@ impl Point {
 pub struct Curve {
     origin_counts: i32,
     points: [Point; POINTS],
+    /// The first one that may be filled: after a short history there are fewer before the contact.
+    first: usize,
     /// The point that is being filled.
     filling: usize,
 }
@@ -94,6 +96,7 @@ impl Curve {
         Self {
             origin_counts,
             points: const { [Point::EMPTY; POINTS] },
+            first: BEFORE,
             filling: BEFORE,
         }
     }
@@ -106,7 +109,9 @@ impl Curve {
     /// Adds a block from before the origin, the `index`-th of `number`. A block with NaN is ignored.
     pub fn push_before(&mut self, index: usize, number: usize, counts: i32, block: Point) {
         let block = self.placed(counts, block);
-        let index = index * BEFORE / number.max(1);
+        let bins = number.min(BEFORE);
+        self.first = BEFORE - bins;
+        let index = self.first + index * bins / number.max(1);
         if index < BEFORE
             && block.is_finite()
             && let Some(bin) = self.points.get_mut(index)
@@ -163,16 +168,17 @@ impl Curve {
         }
     }
 
-    /// The complete points, by rising angle; those before the origin may be empty.
+    /// The complete points, by rising angle.
     pub fn complete(&self) -> &[Point] {
-        self.points.get(..self.filling).unwrap_or(&self.points)
+        let filled = self.points.get(self.first..self.filling);
+        filled.unwrap_or(&self.points)
     }
 
     /// All points, including the one that is being filled.
     pub fn points(&self) -> &[Point] {
         let filled = self.points.get(self.filling).is_some_and(|p| p.blocks > 0);
         let number = self.filling + usize::from(filled);
-        self.points.get(..number).unwrap_or(&self.points)
+        self.points.get(self.first..number).unwrap_or(&self.points)
     }
 }
 

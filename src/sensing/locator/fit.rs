@@ -187,7 +187,8 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         Progress::UnderWay
     }
 
-    /// No contact path at the starting place: nearer to the middle of the phalanx there may be one.
+    /// No contact path at the starting place: nearer to the middle of the phalanx there may be one, and of a pin a little beyond the place
+    /// that is told.
     fn retreat(&mut self) -> Progress {
         if !self.hypothesis.has_place() || self.passes >= MOST_PASSES / 2 {
             return Progress::Failed;
@@ -258,8 +259,10 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             // Keep a place that the curve hardly tells on its phalanx, and one on the joint, which the verdict does not tell, near it. On
             // phalanx 2 behind a hidden one the verdict does tell it, so it has its own deviation.
             let second = matches!(self.hypothesis.hold, Hold::Contact { phalanx: 2, .. });
-            let is_on_joint = self.x[K] < JOINT_SHARE && (F::FIRST_TOUCHING == 1 || !second);
-            let precision = if is_on_joint {
+            let joins = F::FIRST_TOUCHING == 1 || !second;
+            // A pin's place is in deviations from where it is told to be, not a share of the phalanx.
+            let is_share = matches!(prior.place, Place::Anywhere);
+            let precision = if joins && is_share && self.x[K] < JOINT_SHARE {
                 1.0 / (JOINT_SHARE * JOINT_SHARE)
             } else {
                 UNIFORM

@@ -30,7 +30,7 @@ pub(super) fn points(data: &Data, share: usize) -> (usize, bool) {
     let limit_nm = SHARES.get(share).copied().unwrap_or(1.0) * top_nm;
     let (mut number, mut since) = (0, 0);
     for point in data.points {
-        since += usize::from(point.blocks > 0 && point.time_s >= 0.0);
+        since += usize::from(point.time_s >= 0.0);
         if point.excess_nm > limit_nm && since > LEAST_POINTS {
             break;
         }

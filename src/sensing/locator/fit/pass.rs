@@ -9,7 +9,7 @@ use crate::sensing::locator::noise::{Row, Whitening};
 use crate::sensing::locator::prior::{
     CABLE, FACTOR, JOINT, K, ONSET, Of, Place, Prior, Scaling, UNKNOWNS,
 };
-use crate::sensing::locator::{Data, LEAST_POINTS, onset};
+use crate::sensing::locator::{Data, onset};
 use crate::sensing::normal::{Normal, Unknowns};
 
 /// Points of the curve per call (cost: docs/RESULTS.md#speed-and-size). With three phalanges each costs more, now and then twenty times.
@@ -24,8 +24,6 @@ pub(super) struct Pass<F: Mechanics, X: SeriesElement> {
     whitening: Whitening,
     /// Index of the next point.
     next: usize,
-    /// Points that were not empty.
-    points: usize,
     pub(super) squares: f32,
     pub(super) logarithms: f32,
     pub(super) normal: Normal<UNKNOWNS, Of<F, X>>,
@@ -70,7 +68,6 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             model,
             whitening: Whitening::new(&prior.noise, data.drivetrain),
             next: 0,
-            points: 0,
             squares: 0.0,
             logarithms: 0.0,
             normal,
@@ -93,7 +90,6 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             let Some(prediction) = pass.model.next(finger, point) else {
                 return Progress::Failed;
             };
-            pass.points += 1;
             let mut row = Row {
                 residual: point.excess_nm - prediction.excess_nm,
                 slopes: prediction.slopes,
@@ -121,7 +117,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         if pass.next < data.points.len() {
             return Progress::UnderWay;
         }
-        if pass.points >= LEAST_POINTS && pass.squares.is_finite() {
+        if pass.squares.is_finite() {
             Progress::Converged
         } else {
             Progress::Failed
