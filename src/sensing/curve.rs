@@ -112,9 +112,8 @@ impl Curve {
         let bins = number.min(BEFORE);
         self.first = BEFORE - bins;
         let index = self.first + index * bins / number.max(1);
-        if index < BEFORE
-            && block.is_finite()
-            && let Some(bin) = self.points.get_mut(index)
+        if block.is_finite()
+            && let Some(bin) = self.points.iter_mut().take(BEFORE).nth(index)
         {
             bin.join(&block);
         }
@@ -170,15 +169,17 @@ impl Curve {
 
     /// The complete points, by rising angle.
     pub fn complete(&self) -> &[Point] {
-        let filled = self.points.get(self.first..self.filling);
-        filled.unwrap_or(&self.points)
+        self.up_to(self.filling)
     }
 
     /// All points, including the one that is being filled.
     pub fn points(&self) -> &[Point] {
         let filled = self.points.get(self.filling).is_some_and(|p| p.blocks > 0);
-        let number = self.filling + usize::from(filled);
-        self.points.get(self.first..number).unwrap_or(&self.points)
+        self.up_to(self.filling + usize::from(filled))
+    }
+
+    fn up_to(&self, end: usize) -> &[Point] {
+        self.points.get(self.first..end).unwrap_or(&self.points)
     }
 }
 

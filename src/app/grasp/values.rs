@@ -44,6 +44,13 @@ pub(super) fn motion<S: Scene>(overrides: &Overrides) -> Motion {
             *current_a = current_a.at_most(limit_a);
         }
     }
+    if let Some(torque_nm) = overrides.get(Setting::ProbeTorque) {
+        // The finger closes on until the last word: no harder than that torque asks for, and what moves it freely.
+        let a_per_nm =
+            const { 1.0 / (S::DRIVETRAIN.torque_per_ampere_nm * S::DRIVETRAIN.efficiency) };
+        let most_a = motion.free_current_a + a_per_nm * torque_nm;
+        motion.probing_current_a = motion.probing_current_a.at_most(most_a);
+    }
     motion
 }
 

@@ -77,6 +77,34 @@ fn a_lower_current_limit_acts_at_once_and_a_higher_one_after_a_restart() {
     assert_eq!(coordinator.sequence.motion().probing_current_a, 0.1);
 }
 
+/// A fragile object feels what `probe-torque` asks for, not what the current limit allows, whichever is set first.
+#[test]
+fn a_lower_torque_of_probing_lowers_its_current() {
+    let probing_a = |set: &[(Setting, f32)]| {
+        let mut coordinator = coordinator();
+        for &(setting, value_si) in set {
+            (coordinator.command(Command::Set(setting, value_si))).expect("at rest");
+        }
+        coordinator.sequence.motion().probing_current_a
+    };
+    let usual_a = probing_a(&[]);
+    let usual_nm = P70::settings().torque_limit_nm;
+    assert_eq!(probing_a(&[(Setting::ProbeTorque, usual_nm)]), usual_a);
+    let drivetrain = P70::drivetrain(&P70::MECHANISM);
+    let free_a = P70::MOTION.free_current_a;
+    for torque_nm in [0.005, 0.05, 0.1] {
+        let torque = (Setting::ProbeTorque, torque_nm);
+        let limit = (Setting::CurrentLimit, P70::DRIVE.limits.current_a);
+        let found_a = probing_a(&[torque]);
+        let found_nm = (found_a - free_a) * drivetrain.torque_per_ampere_nm * drivetrain.efficiency;
+        assert!((found_nm - torque_nm).abs() < 1e-6, "{found_nm} N m");
+        assert_eq!(probing_a(&[torque, limit]), found_a);
+        assert_eq!(probing_a(&[limit, torque]), found_a);
+    }
+    let low = [(Setting::ProbeTorque, 0.1), (Setting::CurrentLimit, 0.05)];
+    assert_eq!(probing_a(&low), 0.05);
+}
+
 #[test]
 fn flash_and_settings_wait_until_the_bridge_is_off() {
     let mut coordinator = coordinator();
