@@ -153,14 +153,20 @@ fn drive(scene: &Scene) -> Checked {
         ("limits.current_trip_a", 0.001, 0.95 * full_scale_a),
         // Below the trip by what a motor 20 % off its resistance overshoots.
         ("limits.current_a", 0.001, 0.8 * of("limits.current_trip_a")),
-        (
-            "limits.supply_max_v",
-            of("limits.supply_min_v"),
-            of("sense.reference_v") / of("supply.divider"),
-        ),
     ] {
         within(key, of(key), min, max)?;
     }
+    let (supply_min_v, supply_max_v) = (of("limits.supply_min_v"), of("limits.supply_max_v"));
+    let readable_v = of("sense.reference_v") / of("supply.divider");
+    within(
+        "limits.supply_max_v",
+        supply_max_v,
+        supply_min_v,
+        readable_v,
+    )
+    .map_err(|range| {
+        format!("{range}: `limits.supply_min_v` to `sense.reference_v` / `supply.divider`")
+    })?;
     // What the sense makes of an ampere, 0.01 to 1000 V, by the part that a board changes.
     let (part, per_part) = if scene.flag("shunt.fitted") {
         ("shunt.shunt_ohm", of("shunt.gain_v_per_v"))
@@ -210,7 +216,32 @@ fn motion(scene: &Scene) -> Checked {
     ] {
         within(key, of(key), min, max)?;
     }
-    Ok(())
+    voltage(scene)
+}
+
+/// The highest supply must turn the motor at the speeds that are asked for, with the current of free motion.
+fn voltage(scene: &Scene) -> Checked {
+    let of = |key: &str| scene.number(key);
+    let most_v = of("limits.duty") * of("limits.supply_max_v");
+    let (free_a, choke_ohm) = (of("motion.free_current_a"), of("motor.choke_ohm"));
+    let told = |range: String| {
+        format!(
+            "{range}: `limits.duty` x `limits.supply_max_v` = {most_v} V cannot turn the motor so fast"
+        )
+    };
+    let resistance_ohm = of("motor.resistance_ohm");
+    let most_ohm = most_v / free_a - choke_ohm;
+    within("motor.resistance_ohm", resistance_ohm, 0.1, most_ohm).map_err(told)?;
+    let speed = of("motion.closing_rad_per_s").max(of("motion.opening_rad_per_s"));
+    let reduction = of("gearhead.ratio") * of("worm.ratio");
+    let left_v = most_v - free_a * (resistance_ohm + choke_ohm);
+    within(
+        "motor.torque_constant_nm_per_a",
+        of("motor.torque_constant_nm_per_a"),
+        1e-4,
+        left_v / (speed * reduction),
+    )
+    .map_err(told)
 }
 
 /// What follows a first contact takes the object to be rigid.

@@ -2,7 +2,7 @@
 
 mod support;
 
-use palpate_plant::{Error, Grasp, Parameters, Pins, Plant, Shape};
+use palpate_plant::{Error, Grasp, Parameters, Pins, Plant, Shape, World};
 use support::{cylinder, drive, quiet, run, scene};
 
 #[test]
@@ -167,6 +167,20 @@ fn a_file_may_be_partial() {
         p.motor.torque_constant_nm_per_a,
         Parameters::default().motor.torque_constant_nm_per_a
     );
+}
+
+/// What the default scene's finger does not have is no mistake in a world for another one.
+#[test]
+fn a_world_with_a_finger_fits_its_own_scene_only() {
+    for (scene, text) in [
+        ("tendon3", "[finger]\nlength_m = [0.091, 0.0675, 0.045]"),
+        ("tendon2", "[finger]\npulley_m = [0.009, 0.0061]"),
+    ] {
+        let world = World::from_toml(text).expect(text);
+        assert!(world.of(scene).is_ok(), "{scene}: {:?}", world.of(scene));
+        assert!(world.of("p70").is_err(), "{scene}");
+    }
+    assert!(World::from_toml("[finger]\nlenght_m = [0.09, 0.07]").is_err());
 }
 
 #[test]

@@ -161,6 +161,20 @@ fn a_value_out_of_range_is_named_with_its_range() {
             "`sensing.preload_nm` = 0.0004 must be 0 where joint 1 has a spring or the finger a return cable, or a joint rests above `finger.joint_min_deg`",
         ),
         (
+            "limits = { supply_min_v = 20, supply_max_v = 28 }",
+            "`limits.supply_max_v` = 28 is out of range, allowed 20 to 18.333: `limits.supply_min_v` to `sense.reference_v` / \
+             `supply.divider`",
+        ),
+        (
+            "motor.torque_constant_nm_per_a = 0.1",
+            "`motor.torque_constant_nm_per_a` = 0.1 is out of range, allowed 0.0001 to 0.015508: `limits.duty` x \
+             `limits.supply_max_v` = 14.25 V cannot turn the motor so fast",
+        ),
+        (
+            "motor.resistance_ohm = 400",
+            "`motor.resistance_ohm` = 400 is out of range, allowed 0.1 to 233.5: `limits.duty` x",
+        ),
+        (
             "motor.torque_constant_nm_per_a = 1e-3",
             "`sensing.probe_torque_nm` = 0.35 is out of range",
         ),

@@ -77,13 +77,17 @@ impl World {
     /// Reads a TOML text; keys that it does not contain keep the value of `default.toml` or of the scene.
     ///
     /// # Errors
-    /// [`Error`]: not TOML, an unknown key, a value of the wrong kind or out of its range (in the default scene).
+    /// [`Error`]: not TOML, an unknown key, a value of the wrong kind or out of its range. Only a scene says what its finger needs, so that
+    /// a world with a finger is checked with the scene that it is [used with](Self::of).
     pub fn from_toml(text: &str) -> Result<Self, Error> {
         let world = Self {
             overlay: text.parse().map_err(syntax)?,
             ..Self::default()
         };
-        world.of(default_scene())?;
+        let parameters = world.parsed(default_scene())?;
+        if !world.overlay.contains_key("finger") {
+            parameters.validate()?;
+        }
         Ok(world)
     }
 
@@ -92,6 +96,13 @@ impl World {
     /// # Errors
     /// [`Error`]: no such scene, one with a wrong value, or a world that does not fit it.
     pub fn of(&self, scene: &str) -> Result<Parameters, Error> {
+        let parameters = self.parsed(scene)?;
+        parameters.validate()?;
+        Ok(parameters)
+    }
+
+    /// Parameters whose values are not checked.
+    fn parsed(&self, scene: &str) -> Result<Parameters, Error> {
         let mut merged: Table = DEFAULT_TOML.parse().map_err(syntax)?;
         nominal(&mut merged, &values(scene)?);
         overlay(&mut merged, self.overlay.clone(), "")?;
@@ -99,7 +110,6 @@ impl World {
         let mut parameters: Parameters = Value::Table(merged).try_into().map_err(syntax)?;
         parameters.engine = self.engine;
         parameters.object.mount = self.mount.unwrap_or(parameters.object.mount);
-        parameters.validate()?;
         Ok(parameters)
     }
 }
@@ -306,7 +316,8 @@ mod tests {
                 let value = number.map_or(format!("{end:e}"), |number| {
                     format!("{:?}", vec![end; number])
                 });
-                let world = World::from_toml(&format!("[{section}]\n{name} = {value}\n"));
+                let world = World::from_toml(&format!("[{section}]\n{name} = {value}\n"))
+                    .and_then(|world| world.of(default_scene()));
                 tried += 1;
                 if let Err(Error::OutOfRange { key, .. }) = &world {
                     assert!(!key.starts_with(*to), "{from} = {value}: {world:?}");
