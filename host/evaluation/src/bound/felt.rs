@@ -10,11 +10,21 @@ use super::chain::normals;
 use super::information::{Observed, PIN_SIGMA_M, Pulleys, forget, told};
 use super::known::{
     BEND, CABLE, Chosen, DETECTED_RAD, FACTOR, FRICTION, GIVE, JOINT, K, Known, LOSS, ONSET,
-    PULLEYS, RADIUS, UNKNOWNS, is_possible,
+    PULLEYS, RADIUS, RETURN_PULLEYS, UNKNOWNS, is_possible,
 };
 
 /// Unknowns of a finger.
-const OF_FINGER: [usize; 7] = [FACTOR, CABLE, BEND, JOINT, LOSS, PULLEYS[0], PULLEYS[1]];
+const OF_FINGER: [usize; 9] = [
+    FACTOR,
+    CABLE,
+    BEND,
+    JOINT,
+    LOSS,
+    PULLEYS[0],
+    PULLEYS[1],
+    RETURN_PULLEYS[0],
+    RETURN_PULLEYS[1],
+];
 /// Unknowns of an object that cannot be negative.
 pub(super) const OF_OBJECT: [usize; 2] = [FRICTION, GIVE];
 
@@ -69,8 +79,15 @@ impl Known {
         let deviations = self.deviations(self.lengths_m[0]);
         let known = self.pressed(&deviations, Pulleys::Off);
         let mut values = self.means(&Chosen::SOME);
-        let off = normals(UNKNOWNS, random);
-        for unknown in OF_FINGER.into_iter().chain(OF_OBJECT) {
+        // Pulleys of a return cable come last, so that fingers without one are drawn as if there were none.
+        let number = if self.opened.back.is_some() {
+            UNKNOWNS
+        } else {
+            RETURN_PULLEYS[0]
+        };
+        let off = normals(number, random);
+        let unknowns = OF_FINGER.into_iter().chain(OF_OBJECT);
+        for unknown in unknowns.filter(|&unknown| deviations[unknown] > 0.0) {
             let sigma = deviations[unknown] * known[(unknown, unknown)].sqrt();
             values[unknown] += sigma * off[unknown];
         }

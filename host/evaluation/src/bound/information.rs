@@ -10,8 +10,8 @@ use nalgebra::{DMatrix, DVector};
 use palpate_simulation::places::{PIN_RAD, PIN_SHARES};
 
 use super::known::{
-    Chosen, FACTOR, FRICTION, GIVE, JOINT, K, Known, ONSET, PULLEYS, RADIUS, TURNS, UNIFORM,
-    UNKNOWNS,
+    Chosen, FACTOR, FRICTION, GIVE, JOINT, K, Known, ONSET, PULLEYS, RADIUS, RETURN_PULLEYS, TURNS,
+    UNIFORM, UNKNOWNS,
 };
 use crate::reference::{Curve, Held, State};
 
@@ -34,7 +34,7 @@ pub(super) const TOP_SHARE: f64 = 0.95;
 /// Contacts that a finger cannot make are drawn again, so often.
 pub(super) const DRAWS: usize = 50;
 
-/// What is known of a tendon's pulleys.
+/// What is known of the pulleys of a tendon and of a return cable.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Pulleys {
     /// They are as the scene has them.
@@ -47,7 +47,7 @@ impl Pulleys {
     /// Makes exact what is.
     fn know(self, known: &mut DMatrix<f64>) {
         if self == Self::Exact {
-            for unknown in PULLEYS {
+            for unknown in PULLEYS.into_iter().chain(RETURN_PULLEYS) {
                 forget(known, unknown, 0.0);
             }
         }

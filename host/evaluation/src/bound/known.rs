@@ -22,6 +22,8 @@ pub(super) const JOINT: usize = 3;
 pub(super) const LOSS: usize = 4;
 /// The same of a tendon's pulleys: share by which the ratio of each of two pairs is off.
 pub(super) const PULLEYS: [usize; 2] = [10, 11];
+/// And of a return cable's: how far the radius of each of two is off, metre; the last unknowns.
+pub(super) const RETURN_PULLEYS: [usize; 2] = [12, 13];
 /// Unknown of a material: the pins', or the object's.
 pub(super) const FRICTION: usize = 5;
 /// Unknowns of a contact: place, logarithm of the object's radius plus [`OFFSET_M`], measured angle of the onset, compliance.
@@ -29,11 +31,11 @@ pub(super) const K: usize = 6;
 pub(super) const RADIUS: usize = 7;
 pub(super) const ONSET: usize = 8;
 pub(super) const GIVE: usize = 9;
-pub(super) const UNKNOWNS: usize = 12;
+pub(super) const UNKNOWNS: usize = 14;
 /// Standard gravity, metre per second squared.
 pub(super) const GRAVITY_M_PER_S2: f64 = 9.81;
-/// Radii of pulleys are within so much of the scene's, metre.
-const PULLEY_M: f64 = 0.15e-3;
+/// Deviation of the radius of a pulley, metre: it is within 0.15 mm of the scene's.
+const PULLEY_SIGMA_M: f64 = 2.0 * UNIFORM * 0.15e-3;
 /// Radii of objects, metre: even in the logarithm of radius plus [`OFFSET_M`].
 pub(super) const RADII_M: [f64; 2] = [0.001, 0.056];
 /// Deviation of a detected onset from the true one, radian.
@@ -179,10 +181,11 @@ pub fn stated_weight<S: Scene>(of: &FingerParameters) -> Option<Weight> {
 
 /// Deviation of the ratio of each pair of pulleys, as a share; 0 without pulleys.
 fn pulleys(of: &FingerParameters) -> [f64; 2] {
-    let sigma_m = 2.0 * UNIFORM * PULLEY_M;
     let mut pairs = of.pulley_m.chunks_exact(2);
     std::array::from_fn(|_| {
-        (pairs.next()).map_or(0.0, |pair| sigma_m * (1.0 / pair[0]).hypot(1.0 / pair[1]))
+        (pairs.next()).map_or(0.0, |pair| {
+            PULLEY_SIGMA_M * (1.0 / pair[0]).hypot(1.0 / pair[1])
+        })
     })
 }
 
@@ -306,6 +309,10 @@ impl Known {
         for (unknown, deviation) in PULLEYS.into_iter().zip(self.pulleys) {
             deviations[unknown] = deviation;
         }
+        let returning = self.opened.back.iter().flat_map(|back| &back.pulley_m);
+        for (unknown, _) in RETURN_PULLEYS.into_iter().zip(returning) {
+            deviations[unknown] = PULLEY_SIGMA_M;
+        }
         deviations[K] = UNIFORM * length_m;
         deviations[RADIUS] = self.objects.sigma();
         deviations[ONSET] = 0.03;
@@ -320,6 +327,10 @@ impl Known {
             if let Stage::Tendon { ratio } = stage {
                 *ratio *= 1.0 + values[unknown];
             }
+        }
+        let returning = opened.back.iter_mut().flat_map(|back| &mut back.pulley_m);
+        for (radius_m, unknown) in returning.zip(RETURN_PULLEYS) {
+            *radius_m += values[unknown];
         }
         opened
     }

@@ -22,13 +22,13 @@ pub struct Bound {
     pub joints_forgotten_pct: f64,
     /// With pins, if the leverage at a place differs from that at the pins by what they leave of the doubt that the scene states.
     pub leverage_pct: f64,
-    /// With pins, if a tendon's pulleys are off one by one.
+    /// With pins, if pulleys of tendon and return cable are off one by one.
     pub pulleys_pct: f64,
     /// With a press on the stop alone.
     pub pressed_pct: f64,
     /// The same if the leverage at a place is as doubtful as the scene states.
     pub pressed_leverage_pct: f64,
-    /// The same if a tendon's pulleys are off one by one.
+    /// The same if pulleys of tendon and return cable are off one by one.
     pub pressed_pulleys_pct: f64,
     /// By the data sheets.
     pub sheet_pct: f64,

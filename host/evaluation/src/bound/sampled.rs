@@ -1,6 +1,7 @@
 //! The exact posterior of a first contact's place on any finger: draws a finger from what is known of it, a contact and noise, and samples
 //! values of all unknowns by how likely they make the curve (`chain.rs`). Unlike Fisher's information it means something where the torque
-//! hardly depends on the place. The phalanx counts as known, and so do all lengths but for a tendon's pulleys.
+//! hardly depends on the place. The phalanx counts as known, and so do all lengths but for the pulleys of tendon and
+//! return cable.
 //!
 //! Its priors of a contact are wider than the draw: contacts lie on 10 to 90 % of the phalanx, on objects of 4 to 40 mm, while it expects
 //! any place and 2 to 112 mm. And it does not use where a curve ends. So it may claim more than its errors.
@@ -21,7 +22,8 @@ use super::information::{DRAWS, End};
 use super::known::{K, Known, OFFSET_M, ONSET, RADII_M, RADIUS, UNIFORM, UNKNOWNS, is_possible};
 use super::ours::Ours;
 
-/// What the exact posterior makes of contacts on a scene's finger, with pins and without. A tendon's pulleys are off one by one.
+/// What the exact posterior makes of contacts on a scene's finger, with pins and without. Pulleys of tendon and return cable are
+/// off one by one.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FirstPosterior {
     /// The scene.
