@@ -134,7 +134,7 @@ impl Known {
     }
 
     /// Torque at which a curve ends, newton metre.
-    fn top_nm(&self) -> f64 {
+    pub(super) fn top_nm(&self) -> f64 {
         TOP_SHARE * f64::from(self.settings.torque_limit_nm)
     }
 

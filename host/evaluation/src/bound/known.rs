@@ -280,6 +280,11 @@ impl Known {
         }
     }
 
+    /// Turns of the worm up to a measured angle.
+    pub(super) fn worm_turns(&self, angle_rad: f64) -> f64 {
+        self.worm_turns * angle_rad / self.turn_rad
+    }
+
     /// The unknowns' means.
     pub(super) fn means(&self, chosen: &Chosen) -> [f64; UNKNOWNS] {
         let mut means = [0.0; UNKNOWNS];

@@ -19,6 +19,7 @@ mod objects;
 mod ours;
 pub mod sampled;
 pub mod second;
+pub mod worm;
 
 pub use chain::Told;
 pub use known::opened;

@@ -4,7 +4,7 @@
 use palpate_evaluation::bound::information::MEAN_SHARE;
 use palpate_evaluation::bound::mean::{self, bound};
 use palpate_evaluation::bound::sampled::{self, first_posterior};
-use palpate_evaluation::bound::{Told, effects, ideal, levels, markdown, on_large, study};
+use palpate_evaluation::bound::{Told, effects, ideal, levels, markdown, on_large, study, worm};
 use palpate_plant::Parameters;
 use palpate_scenes::for_scene;
 
@@ -99,6 +99,27 @@ fn effects_that_are_stated_have_bounds_of_their_own() {
     for name in ["p70", "p70-grasp"] {
         let large = of(&format!("{name}, cylinder of 120 mm"));
         assert!(large > of(name), "{name}: {large}");
+    }
+}
+
+/// An error of the worm that nobody states: it moves places before it shows.
+#[test]
+fn an_error_of_the_worm_moves_places_before_it_shows() {
+    let parameters = Parameters::of("p70").expect("a scene");
+    let worms = for_scene!("p70", |S| worm::worms::<S>(&parameters, contacts(12), 1))
+        .flatten()
+        .expect("contacts");
+    println!("{}", worm::markdown(&worms));
+    for pair in worms.windows(2) {
+        let [less, more] = pair else { unreachable!() };
+        assert!(less.contact_nats < more.contact_nats && less.press_nats < more.press_nats);
+        assert!(less.unstated_pct < more.unstated_pct && less.stated_pct < more.stated_pct);
+        assert!(less.within2_pct > more.within2_pct);
+        // Whoever takes it for none claims the same whatever it is.
+        assert!((less.claimed_pct - more.claimed_pct).abs() < 1e-9);
+    }
+    for worm in &worms {
+        assert!(worm.claimed_pct < worm.stated_pct && worm.stated_pct < worm.unstated_pct);
     }
 }
 

@@ -1,0 +1,303 @@
+//! What the data tell of an error of the worm's angle, once a turn, that nobody states (docs/BOUNDS.md#an-error-of-the-worm).
+//!
+//! Its two waves are linear unknowns that all curves share, by their angles. With everything else linear about the truth, the evidence for
+//! an amplitude over none, the error of whoever takes it for none, and that of whoever knows the amplitude follow in closed form.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{DMatrix, DVector};
+use palpate::scene::Scene;
+use palpate_document::table::head;
+use palpate_plant::Parameters;
+use palpate_simulation::places::{PIN_RAD, PIN_SHARES};
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::information::{DRAWS, MEAN_SHARE, PIN_SIGMA_M};
+use super::known::{
+    BEND, CABLE, Chosen, FRICTION, GIVE, K, Known, ONSET, RADIUS, UNIFORM, UNKNOWNS,
+};
+use crate::reference::Curve;
+
+/// Amplitudes, radian of the wheel.
+const AMPLITUDES_RAD: [f64; 5] = [0.5e-3, 1e-3, 1.5e-3, 2e-3, 3e-3];
+/// Points of a press on the stop.
+const PRESS_POINTS: usize = 16;
+
+/// What an error of the worm does to places, and how well it shows; means over contacts.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Worm {
+    /// Amplitude of the error, milliradian.
+    pub amplitude_mrad: f64,
+    /// Evidence for it over none that a press on the stop shows, and that two pins and a contact show: expected logarithm of the likelihoods'
+    /// ratio.
+    pub press_nats: f64,
+    /// See above.
+    pub contact_nats: f64,
+    /// Mean error without sign of whoever takes it for none, percent of the phalanx.
+    pub unstated_pct: f64,
+    /// What that one claims.
+    pub claimed_pct: f64,
+    /// Share of its errors within two of its deviations, percent.
+    pub within2_pct: f64,
+    /// Mean error without sign of whoever knows the amplitude, but not the phase.
+    pub stated_pct: f64,
+}
+
+/// A curve, whitened: derivatives by the unknowns in units of their deviations, and by the two waves of an error of 1 rad.
+struct Part {
+    slopes: DMatrix<f64>,
+    waves: DMatrix<f64>,
+}
+
+/// All curves of a finger: derivatives by everything that is not known, of which the prior is 1, and by the waves; and which is the place.
+struct Joined {
+    part: Part,
+    place: usize,
+}
+
+impl Part {
+    /// Information of the waves, of an error of 1 rad, with all else unknown.
+    fn shown(&self) -> Option<DMatrix<f64>> {
+        let Self { slopes, waves } = self;
+        let unknowns = slopes.ncols();
+        let precision = slopes.tr_mul(slopes) + DMatrix::identity(unknowns, unknowns);
+        let across = slopes.tr_mul(waves);
+        Some(waves.tr_mul(waves) - across.tr_mul(&(precision.try_inverse()? * &across)))
+    }
+
+    /// Expected logarithm of the likelihood with an error of this amplitude over that without, where it is there.
+    fn nats(&self, amplitude_rad: f64) -> Option<f64> {
+        // Half of the amplitude's square is the variance of a wave of unknown phase.
+        let shown = self.shown()? * (0.5 * amplitude_rad * amplitude_rad);
+        let ln_determinant = (&shown + DMatrix::identity(2, 2)).determinant().ln();
+        Some(0.5 * (shown.trace() - ln_determinant))
+    }
+}
+
+impl Joined {
+    /// Variances of the place, in its prior's: what is claimed without the error, what an error of this amplitude adds to that, and that of
+    /// whoever knows the amplitude.
+    fn variances(&self, amplitude_rad: f64) -> Option<[f64; 3]> {
+        let Part { slopes, waves } = &self.part;
+        let unknowns = slopes.ncols();
+        let waves = waves * (amplitude_rad / 2f64.sqrt());
+        let information = slopes.tr_mul(slopes) + DMatrix::identity(unknowns, unknowns);
+        let covariance = information.try_inverse()?;
+        let moved = (&covariance * slopes.tr_mul(&waves))
+            .row(self.place)
+            .norm_squared();
+        let mut both = DMatrix::zeros(slopes.nrows(), unknowns + 2);
+        both.columns_mut(0, unknowns).copy_from(slopes);
+        both.columns_mut(unknowns, 2).copy_from(&waves);
+        let information = both.tr_mul(&both) + DMatrix::identity(unknowns + 2, unknowns + 2);
+        let knowing = information.try_inverse()?;
+        let at = (self.place, self.place);
+        Some([covariance[at], moved, knowing[at]])
+    }
+}
+
+impl Known {
+    /// Waves of an error of 1 rad at measured angles where the torque changes so much with the angle, newton metre per radian.
+    fn waves(&self, angles: &[f64], nm_per_rad: &DVector<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(angles.len(), 2, |point, wave| {
+            let turns = self.worm_turns(angles[point]);
+            let [cosine, sine] = [(TAU * turns).cos(), (TAU * turns).sin()];
+            nm_per_rad[point] * if wave == 0 { cosine } else { sine }
+        })
+    }
+
+    fn part(&self, chosen: &Chosen, deviations: &[f64; UNKNOWNS]) -> Option<Part> {
+        let observed = self.observed(chosen.phalanx, self.means(chosen))?;
+        let slopes = self.slopes(&observed, deviations)?;
+        // An onset that is later takes off what an angle that is larger adds.
+        let nm_per_rad = &observed.lower * slopes.column(ONSET) / -deviations[ONSET];
+        let waves = self.waves(&observed.angles, &nm_per_rad);
+        Some(Part {
+            waves: observed.lower.solve_lower_triangular(&waves)?,
+            slopes,
+        })
+    }
+
+    /// A press on the closing stop, up to the torque of a curve: the cable alone, whose stiffness and bend are not known, nor where it began.
+    fn press_part(&self, deviations: &[f64; UNKNOWNS]) -> Option<Part> {
+        let means = self.means(&Chosen::SOME);
+        let (cable, bend) = (means[CABLE], means[BEND]);
+        let middle_nm = 0.5 * self.top_nm();
+        let torques: Vec<f64> = (1..=PRESS_POINTS)
+            .map(|point| self.top_nm() * point as f64 / PRESS_POINTS as f64)
+            .collect();
+        let bent = |nm: f64| nm * (0.5 * nm - middle_nm);
+        let angles: Vec<f64> = torques
+            .iter()
+            .map(|&nm| self.closed_rad + cable * (nm - bend * bent(nm)))
+            .collect();
+        let samples = angles.iter().zip(&torques).map(|(&angle_rad, &nm)| {
+            let turns = (angle_rad - self.closed_rad) / self.turn_rad;
+            self.sample(angle_rad, turns, nm)
+        });
+        let curve = Curve {
+            samples: samples.collect(),
+            creep: 0.0,
+        };
+        let noise = &self.noise;
+        let lower =
+            noise.whitening(&noise.covariance(&curve), &curve, self.closed_rad, &torques)?;
+        let nm_per_rad = DVector::from_iterator(
+            PRESS_POINTS,
+            (torques.iter()).map(|nm| 1.0 / (cable * (1.0 - bend * (nm - middle_nm)))),
+        );
+        // Derivatives of the angle at a torque, by cable, bend and onset.
+        let slopes = DMatrix::from_fn(PRESS_POINTS, 3, |point, unknown| {
+            let nm = torques[point];
+            let rad = match unknown {
+                0 => (nm - bend * bent(nm)) * deviations[CABLE],
+                1 => -cable * bent(nm) * deviations[BEND],
+                _ => deviations[ONSET],
+            };
+            -nm_per_rad[point] * rad
+        });
+        let waves = self.waves(&angles, &nm_per_rad);
+        Some(Part {
+            slopes: lower.solve_lower_triangular(&slopes)?,
+            waves: lower.solve_lower_triangular(&waves)?,
+        })
+    }
+
+    /// Two pins and a contact of a finger that has been pressed on its stop.
+    fn joined(&self, contact: &Chosen) -> Option<Joined> {
+        let phalanx = self.lengths_m.len();
+        let length_m = self.lengths_m[phalanx - 1];
+        let deviations = self.deviations(self.lengths_m[contact.phalanx - 1]);
+        let mut curves = Vec::new();
+        for share in PIN_SHARES {
+            let pin = Chosen {
+                phalanx,
+                k_m: share * length_m,
+                object_m: self.settings.pin_radius_m.into(),
+                onset_rad: self.onset_rad(PIN_RAD)?,
+            };
+            curves.push(self.part(&pin, &deviations)?);
+        }
+        curves.push(self.part(contact, &deviations)?);
+        let mut pressed = super::information::prior(&deviations);
+        self.press_on_stop(&mut pressed, &deviations);
+        // Unknowns of the finger once, those of a contact for each; pins are of one material.
+        let pins = PIN_SHARES.len();
+        let mut columns: Vec<(usize, Option<usize>, f64)> = Vec::new();
+        for unknown in (0..UNKNOWNS).filter(|&unknown| deviations[unknown] > 0.0) {
+            let own = [FRICTION, K, RADIUS, ONSET, GIVE].contains(&unknown);
+            if !own {
+                columns.push((unknown, None, pressed[(unknown, unknown)].sqrt()));
+                continue;
+            }
+            for curve in 0..=pins {
+                let sigma = match unknown {
+                    FRICTION if 0 < curve && curve < pins => continue,
+                    RADIUS | GIVE if curve < pins => continue,
+                    K if curve < pins => PIN_SIGMA_M / deviations[K],
+                    _ => 1.0,
+                };
+                columns.push((unknown, Some(curve), sigma));
+            }
+        }
+        let points = curves.iter().map(|part| part.slopes.nrows()).sum();
+        let mut slopes = DMatrix::zeros(points, columns.len());
+        let mut waves = DMatrix::zeros(points, 2);
+        let mut from = 0;
+        for (index, part) in curves.iter().enumerate() {
+            let rows = part.slopes.nrows();
+            waves.rows_mut(from, rows).copy_from(&part.waves);
+            for (column, &(unknown, of, sigma)) in columns.iter().enumerate() {
+                let is_pins = unknown == FRICTION && of == Some(0) && index < pins;
+                if is_pins || of.is_none_or(|of| of == index) {
+                    let slope = part.slopes.column(unknown) * sigma;
+                    slopes.view_mut((from, column), (rows, 1)).copy_from(&slope);
+                }
+            }
+            from += rows;
+        }
+        let place = (columns.iter()).position(|&(unknown, of, _)| unknown == K && of == Some(pins));
+        Some(Joined {
+            part: Part { slopes, waves },
+            place: place?,
+        })
+    }
+}
+
+/// Share of normal errors of a deviation within two of another, percent, by the error function's own series (Abramowitz and Stegun 7.1.26).
+fn within2_pct(claimed: f64, actual: f64) -> f64 {
+    let x = 2f64.sqrt() * claimed / actual;
+    let t = 1.0 / (1.0 + 0.327_591_1 * x);
+    let series = [
+        1.061_405_429,
+        -1.453_152_027,
+        1.421_413_741,
+        -0.284_496_736,
+        0.254_829_592,
+    ];
+    let sum = series.iter().fold(0.0, |sum, factor| (sum + factor) * t);
+    100.0 * (1.0 - sum * (-x * x).exp())
+}
+
+/// What errors of the worm do to a scene's finger. `None` where the finger cannot make the contacts.
+#[must_use]
+pub fn worms<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Option<Vec<Worm>> {
+    let known = Known::of::<S>(parameters);
+    let all: Vec<Joined> = (0..contacts)
+        .into_par_iter()
+        .filter_map(|index| {
+            let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
+            (0..DRAWS).find_map(|_| known.joined(&known.drawn(&mut random)?))
+        })
+        .collect();
+    let press = known.press_part(&known.deviations(known.lengths_m[0]))?;
+    let number = all.len() as f64;
+    let of = |amplitude_rad: f64| {
+        let mut worm = Worm {
+            amplitude_mrad: 1e3 * amplitude_rad,
+            press_nats: press.nats(amplitude_rad)?,
+            contact_nats: 0.0,
+            unstated_pct: 0.0,
+            claimed_pct: 0.0,
+            within2_pct: 0.0,
+            stated_pct: 0.0,
+        };
+        for one in &all {
+            let [claimed, moved, stated] = one.variances(amplitude_rad)?;
+            let actual = (claimed + moved).sqrt();
+            let pct = |sigma: f64| 100.0 * MEAN_SHARE * UNIFORM * sigma / number;
+            worm.contact_nats += one.part.nats(amplitude_rad)? / number;
+            worm.unstated_pct += pct(actual);
+            worm.claimed_pct += pct(claimed.sqrt());
+            worm.within2_pct += within2_pct(claimed.sqrt(), actual) / number;
+            worm.stated_pct += pct(stated.sqrt());
+        }
+        Some(worm)
+    };
+    AMPLITUDES_RAD.into_iter().map(of).collect()
+}
+
+/// A table for docs/BOUNDS.md.
+#[must_use]
+pub fn markdown(worms: &[Worm]) -> String {
+    let mut out = head(
+        "error, mrad | a press shows, nats | pins and a contact show, nats | taken for none: error, % | claimed, % | within 2σ, % \
+         | amplitude known: error, %",
+    );
+    for worm in worms {
+        out.push_str(&format!(
+            "| {:.1} | {:.2} | {:.2} | {:.2} | {:.2} | {:.0} | {:.2} |\n",
+            worm.amplitude_mrad,
+            worm.press_nats,
+            worm.contact_nats,
+            worm.unstated_pct,
+            worm.claimed_pct,
+            worm.within2_pct,
+            worm.stated_pct,
+        ));
+    }
+    out
+}
