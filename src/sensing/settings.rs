@@ -45,8 +45,8 @@ pub struct Settings {
     /// Standard deviation of the finger's leverage from one place of contact to another, as a share: lengths of pulleys and links that
     /// differ from the scene's, and losses on them.
     pub leverage_sigma: f32,
-    /// Amplitude of the transmission error over a turn of the worm, radian; 0 where it is not known, or below 1 mrad. Contacts and
-    /// calibrations heed it.
+    /// Amplitude of the transmission error over a turn of the worm, radian; 0 where it is not known: contacts are judged without one then,
+    /// calibrations with that of a poor wheel.
     pub worm_error_rad: f32,
     /// How a finger whose weight is stated hangs, if not as it was built; no other finger reads it.
     #[cfg(not(weightless))]

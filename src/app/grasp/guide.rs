@@ -80,23 +80,23 @@ impl fmt::Display for Hint {
                 );
             }
             Self::Save => "calibrated; remove any pin and enter: save",
-            Self::RecordFriction => "leave the finger free and enter: record-friction",
+            Self::RecordFriction => "free the finger and enter: record-friction",
             Self::Again(Refusal::NoContact) => {
-                "no contact: put the pin into the finger's way; repeat"
+                "no contact: put the pin in the finger's way; repeat"
             }
             Self::Again(Refusal::TooFewSamples) => {
-                "the press was too short: is current-limit high enough? repeat"
+                "short press: is current-limit or probe-torque low? repeat"
             }
             Self::Again(Refusal::NoSuchPlace) => {
-                "no such place on the last phalanx: give the distance"
+                "no such place on the last phalanx: give a distance"
             }
             Self::Again(Refusal::Misfit) => {
-                "no single fixed pin or stop: let nothing else touch; repeat"
+                "not one fixed pin or stop: let nothing else touch; repeat"
             }
             Self::Again(Refusal::Implausible) => {
-                "too far from what was known: check the place, or enter: calibrate forget"
+                "far from what is known: check the place, or enter: calibrate forget"
             }
-            Self::Again(Refusal::Uninformative) => "nothing new was learned: choose another place",
+            Self::Again(Refusal::Uninformative) => "nothing new learned: choose another place",
         })
     }
 }

@@ -14,6 +14,9 @@ use crate::sensing::{Calibration, Directive, Drivetrain, Event, Friction, Object
 use core::marker::PhantomData;
 use heapless::Deque;
 
+/// Amplitude of an error of the worm's angle that nobody states, radian: a poor wheel's (R, docs/SENSING.md#transmission-error).
+const UNSTATED_RAD: f32 = 1.5e-3;
+
 /// See the module documentation.
 // Fields in this order because a load with an immediate offset reaches only the first bytes: what every block needs comes
 // first, tables last.
@@ -128,8 +131,12 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             _ => Place::Anywhere,
         };
         let mut calibration = self.calibration;
+        let mut noise = collector.noise;
         if let Place::Anywhere = place {
             calibration.correct_constant(&collector.constant);
+        } else if noise.worm_error_rad <= 0.0 {
+            // What a pin has wrong stays with every place after it: where nobody states the error, it is judged as of a poor wheel.
+            noise.worm_error_rad = UNSTATED_RAD;
         }
         #[cfg(not(weightless))]
         if let Some(told) = collector.closing_factor
@@ -166,7 +173,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
             onset_rad: collector.onset_rad,
             calibration,
             leverage_sigma,
-            noise: collector.noise,
+            noise,
             series: PhantomData,
         }
     }

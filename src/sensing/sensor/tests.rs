@@ -1,9 +1,12 @@
-//! Readings of joint 2 that go with blocks.
+//! Readings of joint 2 that go with blocks, and what a curve is judged with.
 
+use super::search::{CorrectedBlock, Detection};
 use super::{Sensor, Stage};
 use crate::joint_sensor::HallSensor;
 use crate::scene::{P70, Scene};
-use crate::sensing::{Directive, Drive, Sample};
+use crate::sensing::detector::Onset;
+use crate::sensing::friction::Wander;
+use crate::sensing::{Directive, Drive, Sample, Settings};
 
 type Seeing = Sensor<<P70 as Scene>::Finger, HallSensor>;
 
@@ -112,5 +115,60 @@ fn the_first_block_of_a_motion_has_no_reading() {
             );
         }
         stand(&mut sensor, &mut time_us, way[1]);
+    }
+}
+
+/// A pin's error stays with every place after it: where nobody states the worm's error, pins and presses are judged as of a poor wheel.
+#[test]
+fn pins_are_judged_with_an_error_of_the_worm_that_nobody_states() {
+    let (mut sensor, _) = recorded();
+    let pin = Directive::Calibrate {
+        phalanx: 2,
+        k_m: 0.03,
+    };
+    let detection = Detection {
+        onset: Onset {
+            since: 4,
+            counts: 0.0,
+            sigma_counts: 100.0,
+            slope_nm_per_count: 1e-5,
+            ln_ratio: 20.0,
+            level_nm: 0.0,
+        },
+        wander: Wander {
+            rms_nm: 1e-3,
+            time_s: 3.0,
+            level_sigma_nm: 1e-3,
+            trend_sigma_nm_per_s: 1e-4,
+        },
+    };
+    let first = CorrectedBlock {
+        time_us: 0,
+        counts: 0,
+        width_counts: 4096,
+        residual_nm: 0.0,
+        free_nm: 0.0,
+        variance_nm2: 1e-8,
+        beyond_counts: 0.0,
+        inertia_nm: 0.0,
+        overspeed: 0.0,
+        reading: None,
+    };
+    let mut judged_rad = |stated_rad: f32, directive: Directive| {
+        sensor.set_settings(Settings {
+            worm_error_rad: stated_rad,
+            ..*sensor.settings()
+        });
+        sensor.direct(directive);
+        let state = &sensor.state;
+        let collector = state.collector(&detection, &first);
+        state.prior(&collector).noise.worm_error_rad
+    };
+    for stated_rad in [0.0, 0.2e-3, 1e-3, 3e-3] {
+        assert_eq!(judged_rad(stated_rad, Directive::Watch), stated_rad);
+        for directive in [pin, Directive::CalibrateCable] {
+            let wanted_rad = if stated_rad > 0.0 { stated_rad } else { 1.5e-3 };
+            assert_eq!(judged_rad(stated_rad, directive), wanted_rad);
+        }
     }
 }
