@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! A grasp while the clock of the tasks passes 2^32 us, 71 minutes after power-on: a task that keeps the lower half of a time
 //! would stumble there. Samples carry a time of their own, counted by the control interrupt;
-//! `host/simulation/tests/endurance.rs` takes that past the same boundary.
+//! `host/simulation/tests/all/endurance.rs` takes that past the same boundary.
 //!
 //! Nobody waits 71 minutes: the clock's driver counts periods of 2^15 us in a word of RAM, and a flash image in which that word
 //! starts with a large number makes the chip believe that it has been on for so long. The timer itself, of which the driver uses
