@@ -98,7 +98,7 @@ pub fn text(command: &Command) -> String {
     for (option, does) in of_it.flat_map(|(_, rows)| *rows) {
         text += &format!("  {option:<22} {does}\n");
     }
-    text + &format!("\nExample: cargo xtask {}\n", command.example)
+    text + &format!("\nExample: {}\n", command.example)
 }
 
 #[cfg(test)]

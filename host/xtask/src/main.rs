@@ -39,7 +39,7 @@ const COMMANDS: &[Command] = &[
         name: "sim",
         arguments: "[OPTIONS]",
         summary: "run the firmware on the emulated chip against a simulated finger (sim --help)",
-        example: "sim --scene tendon2 --phalanx 2 --contact-mm 25",
+        example: "cargo xtask sim --scene tendon2 --phalanx 2 --contact-mm 25",
         run: commands::sim,
     },
     Command {
@@ -47,133 +47,133 @@ const COMMANDS: &[Command] = &[
         arguments: "[--board | --target]",
         summary: "every test that can run here: library, host programs, emulated firmware; --board: the chip's own on a connected \
                   board, --target: the same on the emulated chip",
-        example: "test",
+        example: "cargo xtask test",
         run: test::test,
     },
     Command {
         name: "flash",
         arguments: "[--scene S] [--features F]",
         summary: "build the firmware, flash a connected NUCLEO-G431RB and show its log",
-        example: "flash --scene tendon2",
+        example: "cargo xtask flash --scene tendon2",
         run: commands::flash,
     },
     Command {
         name: "build",
         arguments: "[--scene S] [--features F]",
         summary: "build the firmware and print the path of its ELF",
-        example: "build --scene p70-rigid",
+        example: "cargo xtask build --scene p70-rigid",
         run: commands::build,
     },
     Command {
         name: "new-scene",
         arguments: "NAME [--from SCENE]",
         summary: "begin the file of a finger of your own, scenes/NAME.toml, as a copy of another (p70)",
-        example: "new-scene mine --from tendon2",
+        example: "cargo xtask new-scene mine --from tendon2",
         run: commands::new_scene,
     },
     Command {
         name: "size",
         arguments: "",
         summary: "flash and RAM of the firmware, scene by scene",
-        example: "size",
+        example: "cargo xtask size",
         run: commands::size,
     },
     Command {
         name: "golden",
         arguments: "DIR [--json] | --generator [OPTIONS]",
         summary: "the library against a folder of reference files, or those recomputed (--generator --help)",
-        example: "golden tests/data/golden",
+        example: "cargo xtask golden tests/data/golden",
         run: commands::golden,
     },
     Command {
         name: "faults",
         arguments: "[--matrix] [--pairs N] [--scene S]",
         summary: "inject every fault into the running firmware and time how fast the bridge is off",
-        example: "faults --json",
+        example: "cargo xtask faults --json",
         run: commands::faults,
     },
     Command {
         name: "experiments",
         arguments: "[OPTIONS]",
         summary: "the paper's experiments, ours next to the paper's algorithm (simulated)",
-        example: "experiments --quick --only distal",
+        example: "cargo xtask experiments --quick --only distal",
         run: commands::experiments,
     },
     Command {
         name: "replay",
         arguments: "FILE.csv [OPTIONS]",
         summary: "the sensing on a recorded trace",
-        example: "replay recording.csv --scene p70",
+        example: "cargo xtask replay recording.csv --scene p70",
         run: commands::replay,
     },
     Command {
         name: "recordings",
         arguments: "DIR [--json] [--uncalibrated] [--only PART] [--scene S] [--scale]",
         summary: "the sensing on a folder of recordings whose truth is known, scored",
-        example: "recordings recordings --uncalibrated",
+        example: "cargo xtask recordings recordings --uncalibrated",
         run: commands::recordings,
     },
     Command {
         name: "false-contacts",
         arguments: "[--scene S] [--world W] [--closings N] [--json]",
         summary: "what each choice of the setting sensitivity costs: false contacts against delay (simulated)",
-        example: "false-contacts --world workshop --closings 200",
+        example: "cargo xtask false-contacts --world workshop --closings 200",
         run: commands::false_contacts,
     },
     Command {
         name: "monitor",
         arguments: "[--from sim|probe|tcp:HOST:PORT|PORT|FILE] [--scene S] [--world W]",
         summary: "show the finger live in the terminal, with a command line",
-        example: "monitor --scene tendon2",
+        example: "cargo xtask monitor --scene tendon2",
         run: monitor::monitor,
     },
     Command {
         name: "record",
         arguments: "FILE.csv [--from sim|probe|tcp:HOST:PORT|PORT] [--scene S] [--world W]",
         summary: "write the firmware's samples to a file that replay reads",
-        example: "record grasp.csv",
+        example: "cargo xtask record grasp.csv",
         run: monitor::record,
     },
     Command {
         name: "figures",
         arguments: "[DIR]",
         summary: "draw the figures (SVG)",
-        example: "figures",
+        example: "cargo xtask figures",
         run: commands::figures,
     },
     Command {
         name: "wiring",
         arguments: "",
         summary: "check the wiring tables of docs/HARDWARE.md and draw them (SVG)",
-        example: "wiring",
+        example: "cargo xtask wiring",
         run: wiring::wiring,
     },
     Command {
         name: "report",
         arguments: "[--json] [--check] [--record] [--out DIR] [--write]",
         summary: "speed against error of every candidate method, on the emulated core",
-        example: "report --check",
+        example: "cargo xtask report --check",
         run: report::report,
     },
     Command {
         name: "check",
         arguments: "",
         summary: "formatting, lints (fuzz targets too), documentation, a new user's finger, size, no panic in the control interrupt",
-        example: "check",
+        example: "cargo xtask check",
         run: check::check,
     },
     Command {
         name: "completions",
         arguments: "bash|zsh|fish|elvish|powershell",
         summary: "print completions for a shell: bash completes cargo xtask itself, others the programs in target/host",
-        example: "completions bash > ~/.local/share/bash-completion/completions/palpate",
+        example: "source <(cargo xtask completions bash)",
         run: completions,
     },
     Command {
         name: "setup",
         arguments: "",
         summary: "look for what this machine lacks, and get it",
-        example: "setup",
+        example: "cargo xtask setup",
         run: commands::setup,
     },
 ];
@@ -235,8 +235,20 @@ mod tests {
     #[test]
     fn every_command_has_an_example_of_itself() {
         for command in COMMANDS {
-            let first = command.example.split_whitespace().next();
-            assert_eq!(first, Some(command.name));
+            let call = format!("cargo xtask {}", command.name);
+            let (before, after) = command.example.split_once(&call).expect(command.name);
+            assert!(["", "source <("].contains(&before), "{}", command.example);
+            assert!(["", " "].contains(&after.get(..1).unwrap_or_default()));
         }
+    }
+
+    /// Bash loads a file of its folder of completions for a program of that name alone: the call of the manual works, a file does not.
+    #[test]
+    fn completions_are_used_as_the_manual_says() {
+        let manual = process::root().join("docs/MANUAL.md");
+        let manual = std::fs::read_to_string(manual).expect("the manual");
+        let is_it = |command: &&Command| command.name == "completions";
+        let example = COMMANDS.iter().find(is_it).expect("a command").example;
+        assert!(manual.contains(&format!("`{example}`")), "{example}");
     }
 }
