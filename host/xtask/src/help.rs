@@ -33,7 +33,7 @@ const OPTIONS: &[(&str, &[Row])] = &[
                 "--matrix",
                 "every fault at every phase of a grasp, and the grasp after it",
             ),
-            ("--every N", "only every Nth cell of the matrix"),
+            ("--every N", "only every Nth cell of the matrix, N from 1"),
             (
                 "--pairs N",
                 "so many random pairs of faults at random times, and the grasp after each",

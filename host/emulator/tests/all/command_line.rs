@@ -101,6 +101,23 @@ fn wrong_calls_end_with_what_to_do() {
     }
 }
 
+/// A matrix of no cell, or a step through none, is no campaign.
+#[test]
+fn every_nth_cell_is_one_of_the_matrix() {
+    for (words, remedy) in [
+        (&["--matrix", "--every", "0"][..], "from 1 on"),
+        (&["--matrix", "--every", "-1"], "from 1 on"),
+        (&["--every", "2"], "--matrix"),
+    ] {
+        let mut call = Command::new(PROGRAM);
+        let refused = call.arg("faults").args(words).output();
+        let refused = refused.expect("the program starts");
+        let told = String::from_utf8_lossy(&refused.stderr);
+        assert_eq!(refused.status.code(), Some(2), "{words:?}: {told}");
+        assert!(told.contains(remedy), "{words:?}: {told}");
+    }
+}
+
 #[test]
 fn the_help_of_sim_is_for_callers_of_xtask() {
     let help = Command::new(PROGRAM).args(["sim", "--help"]).output();
