@@ -297,6 +297,15 @@ fn experiments(options: &Experiments) -> Outcome {
 }
 
 fn figures(directory: &Path, plan: &job::Plan) -> Outcome {
+    std::fs::create_dir_all(directory).map_err(|error| {
+        let folder = directory.display();
+        format!("cannot write {folder}: {error}; does the folder exist, and may you write there?")
+    })?;
+    drawn(directory, plan).map_err(|error| format!("{}: {error}", directory.display()).into())
+}
+
+/// Draws the figures into a folder that is there.
+fn drawn(directory: &Path, plan: &job::Plan) -> Outcome {
     let bar = palpate_cli::progress::bar(3, "groups of figures");
     for (what, difference) in figures::mechanics(directory)? {
         bar.suspend(|| {
@@ -357,6 +366,17 @@ mod tests {
         let told = experiments(&options).expect_err("none").to_string();
         for name in ["nope", "distal", "calibration", "joint sensor"] {
             assert!(told.contains(name), "{told}");
+        }
+    }
+
+    /// Before anything is computed, and with the folder's name.
+    #[test]
+    fn figures_name_a_folder_that_cannot_be() {
+        let plan = plan("ideal", None, 1, true).expect("a world");
+        let below_a_file = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml/figures");
+        let told = figures(&below_a_file, &plan).expect_err("none").to_string();
+        for part in ["Cargo.toml/figures: ", "does the folder exist"] {
+            assert!(told.contains(part), "{told}");
         }
     }
 
