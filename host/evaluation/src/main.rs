@@ -6,8 +6,8 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use palpate_evaluation::experiments::{
-    ablation, calibration, catalogue, effects, following, job, joint_sensor, result, run,
-    sensitivity, soft_objects,
+    ablation, calibration, catalogue, effects, fingerprint, following, job, joint_sensor, result,
+    run, sensitivity, soft_objects,
 };
 use palpate_evaluation::{false_contacts, figures, recordings};
 use palpate_plant::{Engine, ObjectMount, World};
@@ -59,9 +59,8 @@ enum Command {
     /// Draw the figures as SVG.
     #[command(after_help = "Example:\n  cargo xtask figures docs/figures")]
     Figures {
-        /// Folder to write the figures into.
-        #[arg(default_value = "docs/figures")]
-        directory: PathBuf,
+        /// Folder to write the figures into [default: docs/figures of the project].
+        directory: Option<PathBuf>,
         /// The simulated world: ideal, bench, workshop, harsh, or a file.
         #[arg(long, default_value = "ideal", alias = "plant")]
         world: String,
@@ -296,6 +295,16 @@ fn experiments(options: &Experiments) -> Outcome {
     Ok(())
 }
 
+/// The folder of the project's figures, from where the user is if it lies below.
+fn usual_figures() -> PathBuf {
+    let root = fingerprint::root();
+    let folder = root.canonicalize().unwrap_or(root).join("docs/figures");
+    let here = std::env::current_dir().unwrap_or_default();
+    folder
+        .strip_prefix(&here)
+        .map_or_else(|_| folder.clone(), Path::to_path_buf)
+}
+
 fn figures(directory: &Path, plan: &job::Plan) -> Outcome {
     std::fs::create_dir_all(directory).map_err(|error| {
         let folder = directory.display();
@@ -336,7 +345,8 @@ fn main() -> ExitCode {
             world,
             engine,
             seed,
-        } => plan(&world, engine, seed, false).and_then(|plan| figures(&directory, &plan)),
+        } => plan(&world, engine, seed, false)
+            .and_then(|plan| figures(&directory.unwrap_or_else(usual_figures), &plan)),
         Command::Completions { shell } => {
             palpate_cli::complete::<Arguments>(shell);
             Ok(())

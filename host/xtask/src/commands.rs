@@ -8,7 +8,7 @@ use crate::host;
 use crate::machine;
 use crate::monitor;
 use crate::new_scene;
-use crate::process::{Failure, Outcome, run, step};
+use crate::process::{Failure, Outcome, root, run, step};
 use crate::target;
 use crate::tools;
 
@@ -174,10 +174,20 @@ pub fn golden(arguments: &[String]) -> Outcome {
     if let Some((first, rest)) = arguments.split_first()
         && first == "--generator"
     {
-        return host_program("palpate-golden", rest);
+        return host_program("palpate-golden", &generator(rest));
     }
     let words = [&["golden".to_owned()], arguments].concat();
     host_program("palpate-report", &words)
+}
+
+/// The arguments of the generator, with the folder of the project's reference files where the user names none.
+fn generator(arguments: &[String]) -> Vec<String> {
+    let mut words = arguments.to_vec();
+    if !words.iter().any(|word| word.starts_with("--directory")) {
+        let usual = root().join("tests/data/golden");
+        words.push(format!("--directory={}", usual.display()));
+    }
+    words
 }
 
 /// `faults`: every fault into the running firmware.
@@ -259,6 +269,20 @@ mod tests {
             let mut rest = words(call);
             assert_eq!(scene(&mut rest).ok().flatten().as_deref(), Some("p70"));
             assert_eq!(rest, words("--json --seed 3"));
+        }
+    }
+
+    #[test]
+    fn reference_files_are_the_project_s_unless_others_are_named() {
+        let usual = generator(&words("--rows 3"));
+        let folder = usual[2].strip_prefix("--directory=").expect("a folder");
+        assert!(
+            std::path::Path::new(folder)
+                .join("contact_2L.csv")
+                .is_file()
+        );
+        for own in ["--directory DIR --all", "--all --directory=DIR"] {
+            assert_eq!(generator(&words(own)), words(own));
         }
     }
 

@@ -7,7 +7,7 @@ use crate::firmware::Build;
 use crate::machine;
 use crate::mujoco;
 use crate::own_scene;
-use crate::process::{Outcome, cargo, root, step, target_dir, together};
+use crate::process::{Outcome, cargo, step, target_dir, together};
 
 /// The program that emulates the chip.
 pub const EMULATOR: &str = "palpate-emulator";
@@ -44,13 +44,17 @@ pub fn program_with(
 ) -> Outcome<Command> {
     let library = mujoco::library_for(arguments)?;
     build(package, feature, library.as_deref())?;
+    Ok(call(package, library.as_deref()))
+}
+
+/// The call of a program that is built: where its user is, for the paths that the user gives are relative to that folder.
+fn call(package: &str, library: Option<&Path>) -> Command {
     let mut command = Command::new(target_dir().join(PROFILE).join(package));
-    command.current_dir(root());
     own_scene::pass_on(&mut command);
-    if let Some(folder) = &library {
+    if let Some(folder) = library {
         mujoco::link(&mut command, folder);
     }
-    Ok(command)
+    command
 }
 
 /// The emulator with an image that is built; it takes more arguments.
@@ -79,4 +83,16 @@ fn build(package: &str, feature: Option<&str>, library: Option<&Path>) -> Outcom
         &format!("building {package}"),
         command.args(["--bin", package]),
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_program_runs_where_its_user_is() {
+        let call = call(EMULATOR, None);
+        assert_eq!(call.get_current_dir(), None);
+        assert!(Path::new(call.get_program()).is_absolute());
+    }
 }

@@ -7,7 +7,7 @@ use crate::commands::{host_program, scene, take, with_scene};
 use crate::firmware::{Build, list};
 use crate::host;
 use crate::machine;
-use crate::process::{Failure, Outcome, root, run, target_dir};
+use crate::process::{Failure, Outcome, run, target_dir};
 
 const PACKAGE: &str = "palpate-monitor";
 
@@ -92,20 +92,21 @@ pub fn with_page(
 
 /// Finds out before a long run whether a file can be written after it. A file that is there stays, and one that was not is not left
 /// behind.
-fn can_be_written(path: &Path) -> Outcome {
-    // Programs that write it run in the root.
-    let path = root().join(path);
+pub fn can_be_written(path: &Path) -> Outcome {
     let tried = if path.exists() {
-        File::options().append(true).open(&path).map(drop)
+        File::options().append(true).open(path).map(drop)
     } else {
-        File::create_new(&path).and_then(|_| std::fs::remove_file(&path))
+        File::create_new(path).and_then(|_| std::fs::remove_file(path))
     };
-    tried.map_err(|error| {
-        Failure::usage(format!(
-            "cannot write {}: {error}; does the folder exist, and may you write there?",
-            path.display()
-        ))
-    })
+    tried.map_err(|error| cannot_write(path, &error))
+}
+
+/// A file or folder of the user's that cannot be written.
+pub fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
+    Failure::usage(format!(
+        "cannot write {}: {error}; does the folder exist, and may you write there?",
+        path.display()
+    ))
 }
 
 #[cfg(test)]
@@ -141,6 +142,8 @@ mod tests {
         let told = refused.expect_err("no such folder").message;
         assert!(told.contains("does the folder exist"), "{told}");
         assert!(can_be_written(&page).is_ok() && !page.exists());
+        // Where the user is, here in the folder of this package: the root has no such folder.
+        assert!(can_be_written(Path::new("src/wiring/page.html")).is_ok());
         std::fs::write(&page, "there").expect("a temporary file");
         assert!(can_be_written(&page).is_ok());
         let left = std::fs::read_to_string(&page).expect("still there");

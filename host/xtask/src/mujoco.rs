@@ -52,7 +52,8 @@ pub fn library_for(arguments: &[String]) -> Outcome<Option<PathBuf>> {
 fn folder() -> PathBuf {
     std::env::var_os(FOLDER).map_or_else(
         || target_dir().join(format!("mujoco-{VERSION}")),
-        PathBuf::from,
+        // Cargo and the programs run in other folders than the user's.
+        |folder| std::path::absolute(&folder).unwrap_or_else(|_| folder.into()),
     )
 }
 

@@ -18,9 +18,13 @@ pub fn folder() -> Option<&'static Path> {
     FOLDER.get().map(PathBuf::as_path)
 }
 
-/// Lets a program find the user's own scene, where there is one.
+/// Lets a program find the user's own scene or folder of scenes, where there is one, whatever folder the program runs in.
 pub fn pass_on(command: &mut Command) {
-    if let Some(folder) = FOLDER.get() {
+    let folder = FOLDER.get().cloned().or_else(|| {
+        let folder = std::env::var_os(list::VARIABLE)?;
+        std::path::absolute(folder).ok()
+    });
+    if let Some(folder) = folder {
         command.env(list::VARIABLE, folder);
     }
 }
