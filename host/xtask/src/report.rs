@@ -4,9 +4,11 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::commands::take;
 use crate::firmware::{Build, every_scene};
 use crate::host;
 use crate::machine::{self, Toolchain};
+use crate::monitor;
 use crate::process::{Failure, Outcome, output, root, step, target_dir};
 
 /// The page, its plots and records.
@@ -14,9 +16,47 @@ const FOLDER: &str = "docs/report";
 /// Instruction counts that `--check` compares with.
 const RECORDED: &str = "docs/report/instructions.json";
 
+/// Words of the call that take no value.
+const FLAGS: [&str; 4] = ["--json", "--check", "--record", "--write"];
+
+/// Refuses a wrong call before anything is built, and a folder that cannot be written; one that is missing is made.
+fn check(arguments: &[String]) -> Outcome {
+    let mut rest = arguments.to_vec();
+    let folder = take(&mut rest, "--out")?;
+    for (at, word) in rest.iter().enumerate() {
+        if !FLAGS.contains(&word.as_str()) {
+            return Err(Failure::usage(format!(
+                "unexpected '{word}'; there are {} and, once, --out DIR",
+                FLAGS.join(", ")
+            )));
+        }
+        if rest[..at].contains(word) {
+            return Err(Failure::usage(format!("{word} is given twice")));
+        }
+    }
+    let Some(folder) = folder else {
+        return Ok(());
+    };
+    if rest.iter().any(|word| word == "--write") {
+        return Err(Failure::usage(format!(
+            "--write has a folder of its own, {FOLDER}: leave --out {folder} or --write out"
+        )));
+    }
+    if folder.is_empty() || folder.starts_with('-') {
+        return Err(Failure::usage(format!(
+            "--out '{folder}': a folder is expected"
+        )));
+    }
+    let folder = Path::new(&folder);
+    std::fs::create_dir_all(folder).map_err(|error| monitor::cannot_write(folder, &error))?;
+    // The page, for one.
+    monitor::can_be_written(&folder.join("README.md"))
+}
+
 /// Builds the bench image and the scenes' firmware, runs them in the emulator, and hands everything to the program that joins
 /// it.
 pub fn report(arguments: &[String]) -> Outcome {
+    check(arguments)?;
     let bench = Build {
         package: Some("palpate-bench"),
         ..Build::default()
@@ -73,6 +113,7 @@ pub fn report(arguments: &[String]) -> Outcome {
     if !arguments.iter().any(|word| word == "--check") {
         words.push("--delays".to_owned());
     }
+    let writes = arguments.iter().any(|word| word == "--write");
     for word in arguments {
         if word == "--write" {
             let root = root();
@@ -82,7 +123,7 @@ pub fn report(arguments: &[String]) -> Outcome {
                 "--results={}",
                 root.join("docs/RESULTS.md").display()
             ));
-        } else {
+        } else if !(writes && word == "--record") {
             words.push(word.clone());
         }
     }
@@ -127,4 +168,42 @@ fn compiler() -> Outcome<String> {
         .take(2)
         .collect::<Vec<_>>()
         .join(" "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn checked(call: &str) -> Outcome {
+        let words: Vec<String> = call.split_whitespace().map(str::to_owned).collect();
+        check(&words)
+    }
+
+    #[test]
+    fn a_wrong_call_is_refused_before_anything_is_built() {
+        for (call, told) in [
+            ("--chekc", "unexpected '--chekc'; there are --json, --check"),
+            ("--json --json", "--json is given twice"),
+            ("--out", "--out needs a value"),
+            ("--out --json", "a folder is expected"),
+            ("--out=a --out=b", "unexpected '--out=b'"),
+            ("--write --out here", "leave --out here or --write out"),
+            ("--out Cargo.toml/report", "does the folder exist"),
+        ] {
+            let refused = checked(call).expect_err(call);
+            assert_eq!(refused.code, 2, "{call}");
+            assert!(refused.message.contains(told), "{}", refused.message);
+        }
+        assert!(checked("").is_ok() && checked("--json --check --record").is_ok());
+    }
+
+    #[test]
+    fn a_missing_folder_is_made_and_stays_empty() {
+        let above = std::env::temp_dir().join(format!("palpate-report-{}", std::process::id()));
+        let folder = above.join("report");
+        assert!(checked(&format!("--check --out {}", folder.display())).is_ok());
+        let inside = std::fs::read_dir(&folder).map(Iterator::count);
+        std::fs::remove_dir_all(&above).expect("it was made");
+        assert_eq!(inside.ok(), Some(0));
+    }
 }
