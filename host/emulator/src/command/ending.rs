@@ -22,6 +22,9 @@ pub fn tell(session: &Session<'_>, fault: Option<Injected>, max_s: f64) {
             "error: {name}@{at_s} not injected: the run ended at {end_s:.3} s; --max-s and --keep-running make it longer"
         );
     }
+    for (step, answer) in &session.refused {
+        eprintln!("error: the firmware did not carry out '{step}': {answer}");
+    }
     if let Some(left) = left(session) {
         eprintln!("error: {left}");
     }

@@ -32,6 +32,26 @@ pub fn hold(
     Ok(())
 }
 
+/// Nearest place of a pin to its joint that the firmware takes, millimetre.
+const NEAREST_PIN_MM: f64 = 1.0;
+
+/// Refuses a pin that calibrates anywhere but on the last phalanx.
+///
+/// # Errors
+/// Option, value, and what is allowed.
+pub fn check_pins(places_mm: &[f64], parameters: &Parameters) -> Result<(), Error> {
+    let lengths = &parameters.finger.length_m;
+    let (phalanx, length_m) = (lengths.len(), lengths.last().copied().unwrap_or_default());
+    // The firmware takes whole millimetres, and what rounding has left of the last one counts.
+    let length_mm = (1e3 * length_m + 1e-3).floor();
+    let off = |place: &&f64| !(NEAREST_PIN_MM..=length_mm).contains(*place);
+    let allowed = format!("{NEAREST_PIN_MM} to {length_mm} mm on phalanx {phalanx}");
+    match places_mm.iter().find(off) {
+        Some(place) => refused("--calibrate", place, &allowed),
+        None => Ok(()),
+    }
+}
+
 /// Refuses an object that cannot stand where it is wanted.
 ///
 /// # Errors

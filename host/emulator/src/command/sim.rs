@@ -78,9 +78,9 @@ pub struct Options {
     /// Typed instead of pressing the button, separated by semicolons, each when the motion before it has ended
     #[arg(long, value_name = "COMMANDS")]
     commands: Option<String>,
-    /// Records friction, calibrates on the closing stop and on a pin at each of these places, saves, then grasps; without
-    /// --world, a finger whose hidden values are drawn from their spreads by the seed
-    #[arg(long, value_name = "MM,MM", value_delimiter = ',', value_parser = positive, conflicts_with = "commands")]
+    /// Records friction, calibrates on the closing stop and on a pin at each of these places of the last phalanx, 1 mm to its
+    /// length, saves, then grasps; without --world, a finger whose hidden values are drawn from their spreads by the seed
+    #[arg(long, value_name = "MM,MM", value_delimiter = ',', value_parser = finite, allow_negative_numbers = true, conflicts_with = "commands")]
     calibrate: Vec<f64>,
     /// File that keeps the flash: from one that exists, what the firmware has saved is taken, and the program is that of this run
     #[arg(long, value_name = "FILE")]
@@ -216,18 +216,7 @@ fn settings(options: &Options, firmware: &Firmware) -> Result<Settings, Error> {
     if !options.free {
         super::object::check(&object, &parameters)?;
     }
-    let length_mm = 1e3
-        * parameters
-            .finger
-            .length_m
-            .last()
-            .copied()
-            .unwrap_or_default();
-    if let Some(place) = options.calibrate.iter().find(|place| **place >= length_mm) {
-        return Err(Error::Call(format!(
-            "no pin can stand at {place} mm: the last phalanx has {length_mm} mm; --calibrate takes places on it"
-        )));
-    }
+    super::object::check_pins(&options.calibrate, &parameters)?;
     Ok(Settings {
         script: script(options, &parameters),
         parameters,
@@ -316,6 +305,7 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
     let fine = fault.is_none()
         && session.completed()
         && session.faults.is_empty()
+        && session.refused.is_empty()
         && session.resets.is_empty();
     Ok(if fine {
         ExitCode::SUCCESS
@@ -327,4 +317,33 @@ pub fn run(options: &Options) -> Result<ExitCode, Error> {
 /// The fault, once, when it is due.
 fn due(fault: &mut Option<Injected>, time_s: f64) -> Option<Injected> {
     fault.take_if(|fault| fault.at_s <= time_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Call {
+        #[command(flatten)]
+        options: Options,
+    }
+
+    /// A refusal would end a run of the user's badly.
+    #[test]
+    fn what_is_stated_of_a_world_is_in_the_range_of_its_settings() {
+        for scene in palpate_plant::scenes() {
+            for world in palpate_plant::world_names() {
+                let call = Call::try_parse_from(["sim", "--scene", &scene, "--world", world]);
+                let options = call.unwrap_or_else(|error| panic!("{error}")).options;
+                let script = script(&options, &parameters(&options).expect("a world"));
+                let (last, stated) = script.0.split_last().expect("a button");
+                assert_eq!(*last, Step::Button);
+                for step in stated {
+                    assert!(step.sets().is_some(), "{scene} in {world}: {step}");
+                }
+            }
+        }
+    }
 }

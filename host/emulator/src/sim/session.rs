@@ -101,6 +101,8 @@ pub struct Session<'f> {
     in_force: Overrides,
     /// The same when the firmware last told of a calibration.
     pub calibrated_with: Overrides,
+    /// Steps that the firmware has not carried out, each with its answer.
+    pub refused: Vec<(Step, String)>,
     /// The true state when the last estimate was fetched.
     pub truth_at_estimate: Option<Truth>,
     trace: Option<Trace>,
@@ -141,6 +143,7 @@ impl<'f> Session<'f> {
             cleared: 0,
             in_force: Overrides::default(),
             calibrated_with: Overrides::default(),
+            refused: Vec::new(),
             truth_at_estimate: None,
             trace,
             held: None,
@@ -213,6 +216,14 @@ impl<'f> Session<'f> {
         // Other lines may come before an answer.
         if let Some(answer) = line.message.strip_prefix("answer ") {
             let refused = REFUSALS.iter().any(|word| answer.starts_with(word));
+            // Later answers, and those between two steps, are to what others typed.
+            let own = matches!(
+                self.progress,
+                Progress::Answering(_) | Progress::Moving { answered: false }
+            );
+            if let Some(step) = self.typed().filter(|_| refused && own) {
+                self.refused.push((step.clone(), answer.to_owned()));
+            }
             match &mut self.progress {
                 Progress::Answering(_) => {
                     self.progress = Progress::Answering(self.machine.now() + PAUSE);
@@ -222,7 +233,6 @@ impl<'f> Session<'f> {
                 Progress::Moving { answered: false } if refused => {
                     self.progress = Progress::Next(self.machine.now() + PAUSE);
                 }
-                // Later answers are to what others typed.
                 Progress::Moving { answered } => *answered = true,
                 Progress::Next(_) | Progress::Done => {}
             }
@@ -284,10 +294,14 @@ impl<'f> Session<'f> {
         Ok(())
     }
 
+    /// The last step of the script that the user has come to.
+    fn typed(&self) -> Option<&Step> {
+        self.next.checked_sub(1).map(|n| &self.settings.script.0[n])
+    }
+
     /// Takes note of a setting that the firmware has accepted.
     fn note_setting(&mut self, answer: &str) {
-        let typed = self.next.checked_sub(1).map(|n| &self.settings.script.0[n]);
-        if let Some((setting, value_si)) = typed.and_then(Step::sets)
+        if let Some((setting, value_si)) = self.typed().and_then(Step::sets)
             && answer.starts_with("ok;")
         {
             // In its range, or the line would not have been read as one that sets it.

@@ -44,10 +44,25 @@ fn the_help_of_faults_is_that_of_its_command() {
 fn wrong_calls_end_with_what_to_do() {
     let busy = std::net::TcpListener::bind("127.0.0.1:0").expect("a free port");
     let port = busy.local_addr().expect("its address").port().to_string();
-    let calls: [(&[&str], &str); 17] = [
+    let calls: [(&[&str], &str); 20] = [
         (&["--rtt-port", &port], "choose another"),
         (&["--gdb-port", &port], "choose another"),
-        (&["--calibrate", "500"], "--calibrate takes places on it"),
+        (
+            &["--calibrate", "500"],
+            "--calibrate 500: 1 to 70 mm on phalanx 2",
+        ),
+        (
+            &["--calibrate", "20,0.5"],
+            "--calibrate 0.5: 1 to 70 mm on phalanx 2",
+        ),
+        (
+            &["--calibrate", "-5"],
+            "--calibrate -5: 1 to 70 mm on phalanx 2",
+        ),
+        (
+            &["--scene", "tendon2", "--calibrate", "67.2"],
+            "--calibrate 67.2: 1 to 67 mm on phalanx 2",
+        ),
         (&["--world", "nowhere"], "none of ideal"),
         (&["--html", "page.html"], "cargo xtask"),
         // Options, values and ranges in the options' own units; negative numbers are values.
@@ -208,6 +223,46 @@ fn beside_a_page_own_commands_are_answered() {
     for hidden in ["answer ok", "answer kept", "sample time_us"] {
         assert!(!said.contains(hidden), "{hidden}: {said}");
     }
+}
+
+/// What was asked for and refused is told at the end, whatever else is printed, and the run has not ended well.
+#[test]
+fn what_the_firmware_refuses_is_told_at_the_end() {
+    let Some(elf) = support::path(support::DEFAULT) else {
+        return;
+    };
+    let run = |commands: &str, form: &[&str]| {
+        let mut call = Command::new(PROGRAM);
+        call.args(["sim", "--commands", commands, "--elf"])
+            .arg(&elf)
+            .args(form);
+        let output = call.output().expect("the program starts");
+        let told = String::from_utf8_lossy(&output.stderr).into_owned();
+        (output.status.code(), told)
+    };
+    for (commands, form, refused) in [
+        ("foo", &[][..], "'foo': error: n"),
+        (
+            "set sensitivity 1000;status",
+            &["--json"],
+            "'set sensitivity 1000': error: sensitivity must be",
+        ),
+        (
+            "calibrate cable;save",
+            &["--quiet"],
+            "'calibrate cable': refused: no friction",
+        ),
+    ] {
+        let (code, told) = run(commands, form);
+        assert_eq!(code, Some(1), "{commands}: {told}");
+        let line = format!("error: the firmware did not carry out {refused}");
+        assert_eq!(told.matches(&line).count(), 1, "{commands}: {told}");
+        assert_eq!(told.matches("did not carry out").count(), 1, "{told}");
+    }
+    assert_eq!(
+        run("set sensitivity 1;status", &["--quiet"]),
+        (Some(0), String::new())
+    );
 }
 
 /// A fault ends a run, and what was not entered is told; a script that clears it goes on, and so does who asks for it.

@@ -33,6 +33,10 @@ fn a_refused_motion_ends_no_script() {
     assert!(session.completed() && session.machine.time_s() < SOON_S);
     let said = answers(session.lines.iter().map(|line| line.message.as_str()));
     assert_eq!(said, ["refused:", "error: n", "refused:", "state id"]);
+    let steps: Vec<String> = (session.refused.iter())
+        .map(|(step, _)| step.to_string())
+        .collect();
+    assert_eq!(steps, ["calibrate 21", "walk", "calibrate cable"]);
 }
 
 /// The firmware takes any place on its last phalanx, and refuses what lies beyond.
