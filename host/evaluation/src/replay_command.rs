@@ -1,20 +1,23 @@
 //! `replay`: the sensing on a recording.
 
 mod page;
+mod teaching;
+#[cfg(test)]
+mod tests;
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use clap::Args;
-use palpate::sample::Sample;
-use palpate::sensing::{Directive, Event};
+use palpate::sample::{Drive, Sample};
+use palpate::sensing::{Calibration, Directive, Event};
 use palpate_evaluation::replay::{self, Comparison, Preparation, Replayer, Source};
 use palpate_evaluation::trace::Streamed;
 use palpate_evaluation::{recordings, trace};
 use serde_json::{Value, json};
 
 use crate::scene;
+use teaching::Teaching;
 
 /// Of the command line.
 #[derive(Args)]
@@ -55,36 +58,6 @@ fn volt(text: &str) -> Result<f64, String> {
         .ok()
         .filter(|volt| (1.0..=60.0).contains(volt))
         .ok_or_else(|| format!("'{text}' is no voltage of a supply in volt, 1 to 60"))
-}
-
-/// A recording that calibrates.
-#[derive(Clone, Debug, PartialEq)]
-struct Teaching {
-    file: PathBuf,
-    /// Place of the pin, metre; `None` for a press.
-    pin_m: Option<f32>,
-}
-
-impl FromStr for Teaching {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let Some((file, place)) = text.rsplit_once('@') else {
-            return Ok(Self {
-                file: text.into(),
-                pin_m: None,
-            });
-        };
-        match place.parse::<f32>() {
-            Ok(mm) if mm > 0.0 && mm < 1000.0 => Ok(Self {
-                file: file.into(),
-                pin_m: Some(1e-3 * mm),
-            }),
-            _ => Err(format!(
-                "'{place}' is no place of a pin in millimetres, above 0 and below 1000"
-            )),
-        }
-    }
 }
 
 /// Samples of a recording; what was odd about it goes to standard error, or is printed as JSON.
@@ -167,12 +140,6 @@ fn tell(found: &replay::Replay, recorded: &[Sample], options: &Options) {
         let at = stretch.map_or_else(String::new, |[a, b]| format!(" from_s={a:.3} to_s={b:.3}"));
         println!("friction source={source}{at}");
     }
-    if let Some(why) = why {
-        eprintln!(
-            "friction was not recorded, so contacts cannot be told from it: {why}; a recording of a free closing and opening \
-             can be given with --friction"
-        );
-    }
     for (time_us, fields) in found.lines() {
         let time_s = time_us as f64 * 1e-6;
         if options.json {
@@ -222,6 +189,85 @@ fn streamed(options: &Options) -> Result<Option<Vec<Streamed>>, Box<dyn Error>> 
     Ok(stream.map_err(|error| format!("{}: {error}", file.display()))?)
 }
 
+/// The recording of friction that the user names, up to the end of its last opening: a closing behind it would begin another record, and
+/// leave that unfinished.
+fn friction(sensing: &Replayer, options: &Options) -> Result<Option<Vec<Sample>>, Box<dyn Error>> {
+    let Some(file) = &options.friction else {
+        return Ok(None);
+    };
+    let mut record = samples(file, sensing, options)?;
+    let closes = |sample: &Sample| sample.drive == Drive::Closing;
+    let last_opening = record
+        .iter()
+        .rposition(|sample| sample.drive == Drive::Opening);
+    let opened = last_opening.filter(|at| record[..*at].iter().any(closes));
+    let Some(opened) = opened else {
+        return Err(format!(
+            "--friction {}: no opening after a closing is in it, and friction is recorded both ways",
+            file.display()
+        )
+        .into());
+    };
+    if let Some(further) = record[opened..].iter().position(closes) {
+        record.truncate(opened + further);
+    }
+    Ok(Some(record))
+}
+
+/// Why nothing could be judged for want of friction.
+fn without_friction(found: &replay::Replay, options: &Options) -> Option<String> {
+    let Source::None(why) = &found.friction else {
+        return None;
+    };
+    let remedy = match &options.friction {
+        Some(file) => format!("--friction {} does not help", file.display()),
+        None => "a recording of a free closing and opening can be given with --friction".to_owned(),
+    };
+    Some(format!(
+        "friction was not recorded, so contacts cannot be told from it: {why}; {remedy}"
+    ))
+}
+
+/// Replays a recording that calibrates: the calibration after it, and why it taught nothing.
+fn learn(
+    teaching: &Teaching,
+    sensing: &Replayer,
+    calibration: Calibration,
+    record: Option<&[Sample]>,
+    options: &Options,
+) -> Result<(Calibration, Option<String>), Box<dyn Error>> {
+    let recorded = samples(&teaching.file, sensing, options)?;
+    let purpose = match teaching.pin_m() {
+        Some(k_m) => Directive::Calibrate {
+            phalanx: sensing.phalanges,
+            k_m,
+        },
+        None => Directive::CalibrateCable,
+    };
+    let before = Preparation {
+        // A recording that calibrates holds its own free motion, or else that of --friction serves.
+        friction: None,
+        calibration,
+    };
+    let mut found = (sensing.replay)(&recorded, &before, purpose);
+    if matches!(found.friction, Source::None(_)) && record.is_some() {
+        let before = Preparation {
+            friction: record,
+            calibration,
+        };
+        found = (sensing.replay)(&recorded, &before, purpose);
+    }
+    tell(&found, &recorded, options);
+    let mut told = found.told.iter();
+    let taught = told.any(|told| matches!(told.event, Event::Calibrated { .. }));
+    let failed = (!taught).then(|| {
+        let why = without_friction(&found, options);
+        let why = why.map_or_else(String::new, |why| format!(": {why}"));
+        format!("--calibrate {teaching}: nothing was learned from it{why}")
+    });
+    Ok((found.calibration, failed))
+}
+
 /// Replays what calibrates, in its order, then the recording.
 fn all(sensing: &Replayer, options: &Options) -> Result<(), Box<dyn Error>> {
     if let Some(stream) = streamed(options)? {
@@ -231,43 +277,13 @@ fn all(sensing: &Replayer, options: &Options) -> Result<(), Box<dyn Error>> {
         tell_comparison(&compared, options);
         return page::leave(&found, &recorded, options);
     }
-    let record = options
-        .friction
-        .as_deref()
-        .map(|file| samples(file, sensing, options))
-        .transpose()?;
+    let record = friction(sensing, options)?;
     let mut calibration = sensing.uncalibrated;
+    let mut failed = Vec::new();
     for teaching in &options.calibrate {
-        let recorded = samples(&teaching.file, sensing, options)?;
-        let purpose = match teaching.pin_m {
-            Some(k_m) => Directive::Calibrate {
-                phalanx: sensing.phalanges,
-                k_m,
-            },
-            None => Directive::CalibrateCable,
-        };
-        let before = Preparation {
-            // A recording that calibrates holds its own free motion, or else that of --friction serves.
-            friction: None,
-            calibration,
-        };
-        let mut found = (sensing.replay)(&recorded, &before, purpose);
-        if matches!(found.friction, Source::None(_)) && record.is_some() {
-            let before = Preparation {
-                friction: record.as_deref(),
-                calibration,
-            };
-            found = (sensing.replay)(&recorded, &before, purpose);
-        }
-        tell(&found, &recorded, options);
-        calibration = found.calibration;
-        let taught = found
-            .told
-            .iter()
-            .any(|told| matches!(told.event, Event::Calibrated { .. }));
-        if !taught {
-            eprintln!("{}: nothing was learned from it", teaching.file.display());
-        }
+        let learned = learn(teaching, sensing, calibration, record.as_deref(), options)?;
+        calibration = learned.0;
+        failed.extend(learned.1);
     }
     let recorded = samples(&options.file, sensing, options)?;
     let before = Preparation {
@@ -286,28 +302,24 @@ fn all(sensing: &Replayer, options: &Options) -> Result<(), Box<dyn Error>> {
             options.file.display()
         );
     }
-    page::leave(&found, &recorded, options)
+    page::leave(&found, &recorded, options)?;
+    let unjudged = without_friction(&found, options);
+    failed.extend(unjudged.map(|why| format!("{}: {why}", options.file.display())));
+    if failed.is_empty() {
+        return Ok(());
+    }
+    Err(failed.join("\nerror: ").into())
 }
 
 /// Runs the command.
+///
+/// # Errors
+/// A file that cannot be read or written, a place that no pin has; a recording that cannot be judged or taught nothing, once all that could
+/// be told is told.
 pub fn run(options: &Options) -> Result<(), Box<dyn Error>> {
+    teaching::check(&options.calibrate, &options.scene)?;
     all(
         &Replayer::of(&options.scene).ok_or("no such scene")?,
         options,
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_pin_has_a_place_and_a_press_none() {
-        let pin: Teaching = "a@b/pin.csv@21".parse().expect("a pin");
-        assert_eq!(pin.file, std::path::PathBuf::from("a@b/pin.csv"));
-        assert!(pin.pin_m.is_some_and(|k_m| (k_m - 0.021).abs() < 1e-6));
-        let press: Teaching = "press.csv".parse().expect("a press");
-        assert_eq!(press.pin_m, None);
-        assert!("pin.csv@far".parse::<Teaching>().is_err());
-    }
 }
