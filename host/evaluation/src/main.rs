@@ -379,6 +379,14 @@ mod tests {
         }
     }
 
+    /// Wherever the call is made, here in the folder of this package.
+    #[test]
+    fn figures_are_the_project_s_unless_told() {
+        let folder = usual_figures();
+        assert!(folder.ends_with("docs/figures"), "{}", folder.display());
+        assert!(folder.join("calibration.svg").is_file());
+    }
+
     /// Before anything is computed, and with the folder's name.
     #[test]
     fn figures_name_a_folder_that_cannot_be() {
