@@ -1,17 +1,18 @@
 //! `experiments`, `replay` and `figures`, called by `cargo xtask`.
 
 use std::error::Error;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 use palpate_evaluation::experiments::{
-    ablation, calibration, catalogue, effects, fingerprint, following, job, joint_sensor, result,
-    run, sensitivity, soft_objects,
+    ablation, catalogue, effects, following, job, joint_sensor, result, run, sensitivity,
+    soft_objects,
 };
-use palpate_evaluation::{false_contacts, figures, recordings};
+use palpate_evaluation::{false_contacts, recordings};
 use palpate_plant::{Engine, ObjectMount, World};
 
+mod figures_command;
 mod replay_command;
 mod scene;
 mod studies;
@@ -58,19 +59,7 @@ enum Command {
     },
     /// Draw the figures as SVG.
     #[command(after_help = "Example:\n  cargo xtask figures docs/figures")]
-    Figures {
-        /// Folder to write the figures into [default: docs/figures of the project].
-        directory: Option<PathBuf>,
-        /// The simulated world: ideal, bench, workshop, harsh, or a file.
-        #[arg(long, default_value = "ideal", alias = "plant")]
-        world: String,
-        /// What computes finger and object: plant, or mujoco.
-        #[arg(long)]
-        engine: Option<Engine>,
-        /// Seed of everything that is drawn at random.
-        #[arg(long, default_value_t = 1)]
-        seed: u64,
-    },
+    Figures(figures_command::Options),
 }
 
 #[derive(Args)]
@@ -295,58 +284,13 @@ fn experiments(options: &Experiments) -> Outcome {
     Ok(())
 }
 
-/// The folder of the project's figures, from where the user is if it lies below.
-fn usual_figures() -> PathBuf {
-    let root = fingerprint::root();
-    let folder = root.canonicalize().unwrap_or(root).join("docs/figures");
-    let here = std::env::current_dir().unwrap_or_default();
-    folder
-        .strip_prefix(&here)
-        .map_or_else(|_| folder.clone(), Path::to_path_buf)
-}
-
-fn figures(directory: &Path, plan: &job::Plan) -> Outcome {
-    std::fs::create_dir_all(directory).map_err(|error| {
-        let folder = directory.display();
-        format!("cannot write {folder}: {error}; does the folder exist, and may you write there?")
-    })?;
-    drawn(directory, plan).map_err(|error| format!("{}: {error}", directory.display()).into())
-}
-
-/// Draws the figures into a folder that is there.
-fn drawn(directory: &Path, plan: &job::Plan) -> Outcome {
-    let bar = palpate_cli::progress::bar(3, "groups of figures");
-    for (what, difference) in figures::mechanics(directory)? {
-        bar.suspend(|| {
-            println!("K_c, {what}: library f32 against f64 at most {difference:.1e} relative");
-        });
-    }
-    bar.inc(1);
-    figures::simulated(directory, plan)?;
-    bar.inc(1);
-    let (study, failed) = bar.suspend(|| calibration::study(plan));
-    for (seed, failure) in &failed {
-        bar.suspend(|| eprintln!("calibration of finger {seed}: {failure}"));
-    }
-    figures::calibration(directory, &study)?;
-    bar.finish_and_clear();
-    println!("figures are in {}", directory.display());
-    Ok(())
-}
-
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
         Command::Experiments(options) => experiments(&options),
         Command::Replay(options) => replay_command::run(&options),
         Command::Recordings(options) => recordings(&options),
         Command::FalseContacts(options) => false_contacts(&options),
-        Command::Figures {
-            directory,
-            world,
-            engine,
-            seed,
-        } => plan(&world, engine, seed, false)
-            .and_then(|plan| figures(&directory.unwrap_or_else(usual_figures), &plan)),
+        Command::Figures(options) => figures_command::run(&options),
         Command::Completions { shell } => {
             palpate_cli::complete::<Arguments>(shell);
             Ok(())
@@ -376,25 +320,6 @@ mod tests {
         let told = experiments(&options).expect_err("none").to_string();
         for name in ["nope", "distal", "calibration", "joint sensor"] {
             assert!(told.contains(name), "{told}");
-        }
-    }
-
-    /// Wherever the call is made, here in the folder of this package.
-    #[test]
-    fn figures_are_the_project_s_unless_told() {
-        let folder = usual_figures();
-        assert!(folder.ends_with("docs/figures"), "{}", folder.display());
-        assert!(folder.join("calibration.svg").is_file());
-    }
-
-    /// Before anything is computed, and with the folder's name.
-    #[test]
-    fn figures_name_a_folder_that_cannot_be() {
-        let plan = plan("ideal", None, 1, true).expect("a world");
-        let below_a_file = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml/figures");
-        let told = figures(&below_a_file, &plan).expect_err("none").to_string();
-        for part in ["Cargo.toml/figures: ", "does the folder exist"] {
-            assert!(told.contains(part), "{told}");
         }
     }
 
