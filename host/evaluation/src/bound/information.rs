@@ -197,6 +197,10 @@ impl Known {
                 self.excess_nm(observed.phalanx, &values, &observed.angles, end)
             };
             let (more, less) = (beside(1.0)?, beside(-1.0)?);
+            // Without a curve beside it the unknown would seem not to matter.
+            if more.len().min(less.len()) < LEAD + LEAST_POINTS {
+                return None;
+            }
             // The last points may lie beyond the end of one of them.
             let mut column = DVector::zeros(points);
             for (index, (more, less)) in more.iter().zip(&less).enumerate() {

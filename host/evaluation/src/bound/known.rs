@@ -49,7 +49,7 @@ const IMPACT: [f64; 2] = [5e-3 / 0.3, 0.04];
 /// Friction of a free closing behind the gears, newton metre, and by what share of it the last third of a closing may differ from the
 /// first, as the firmware assumes (docs/SENSING.md#what-a-free-closing-tells).
 const FREE_NM: f64 = 0.055;
-const UNEVEN: f64 = 0.1;
+const UNEVEN: f64 = 0.08;
 /// Where a closing is steady, radian from the opening stop.
 const STEADY_RAD: f64 = 0.08;
 /// Deviation of a uniform distribution, as a share of its width.
@@ -241,8 +241,8 @@ impl Known {
         }
     }
 
-    /// Tells the torque factor of a finger with springs and a stated weight, as a free closing does: by the rise from the first third to the
-    /// last.
+    /// Tells the torque factor of a finger with springs and a stated weight, as a free closing does: by the rise from the first third to
+    /// the last.
     pub(super) fn close_freely(&self, known: &mut DMatrix<f64>, deviations: &[f64]) {
         if self.opened.weight.is_none() {
             return;

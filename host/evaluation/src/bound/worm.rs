@@ -31,10 +31,9 @@ const PRESS_POINTS: usize = 16;
 pub struct Worm {
     /// Amplitude of the error, milliradian.
     pub amplitude_mrad: f64,
-    /// Evidence for it over none that a press on the stop shows, and that two pins and a contact show: expected logarithm of the likelihoods'
-    /// ratio.
+    /// Evidence for it over none that a press on the stop shows: expected logarithm of the ratio of the likelihoods.
     pub press_nats: f64,
-    /// See above.
+    /// The same of two pins and a contact.
     pub contact_nats: f64,
     /// Mean error without sign of whoever takes it for none, percent of the phalanx.
     pub unstated_pct: f64,
@@ -121,7 +120,8 @@ impl Known {
         })
     }
 
-    /// A press on the closing stop, up to the torque of a curve: the cable alone, whose stiffness and bend are not known, nor where it began.
+    /// A press on the closing stop, up to the torque of a curve: of the cable alone, whose stiffness and bend are not known, nor where it
+    /// began.
     fn press_part(&self, deviations: &[f64; UNKNOWNS]) -> Option<Part> {
         let means = self.means(&Chosen::SOME);
         let (cable, bend) = (means[CABLE], means[BEND]);
