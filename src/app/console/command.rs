@@ -62,10 +62,13 @@ pub enum Calibrate {
     Forget,
 }
 
+/// The nearest place to its joint that a pin may have, millimetre.
+pub const NEAREST_PIN_MM: f32 = 1.0;
+
 /// The places a pin may have: on the last phalanx of the finger that this firmware moves; on that of any finger in programs of a PC.
 const PLACE: Range = Range {
     unit_si: 1e-3,
-    min: 1.0,
+    min: NEAREST_PIN_MM,
     max: if let Some(length_mm) = option_env!("PALPATE_LAST_PHALANX_MM") {
         whole(length_mm)
     } else {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-2.0-only
 //! What the finger is to meet: how that is held, and whether it can be, in the units of the options that say it.
 
+use palpate::app::console::command::NEAREST_PIN_MM;
 use palpate_emulator::Error;
 use palpate_emulator::sim::Object;
 use palpate_plant::{Engine, Grasp, ObjectMount, Parameters};
@@ -32,9 +33,6 @@ pub fn hold(
     Ok(())
 }
 
-/// Nearest place of a pin to its joint that the firmware takes, millimetre.
-const NEAREST_PIN_MM: f64 = 1.0;
-
 /// Refuses a pin that calibrates anywhere but on the last phalanx.
 ///
 /// # Errors
@@ -44,7 +42,7 @@ pub fn check_pins(places_mm: &[f64], parameters: &Parameters) -> Result<(), Erro
     let (phalanx, length_m) = (lengths.len(), lengths.last().copied().unwrap_or_default());
     // The firmware takes whole millimetres, and what rounding has left of the last one counts.
     let length_mm = (1e3 * length_m + 1e-3).floor();
-    let off = |place: &&f64| !(NEAREST_PIN_MM..=length_mm).contains(*place);
+    let off = |place: &&f64| !(f64::from(NEAREST_PIN_MM)..=length_mm).contains(*place);
     let allowed = format!("{NEAREST_PIN_MM} to {length_mm} mm on phalanx {phalanx}");
     match places_mm.iter().find(off) {
         Some(place) => refused("--calibrate", place, &allowed),

@@ -198,7 +198,7 @@ impl Known {
             };
             let (more, less) = (beside(1.0)?, beside(-1.0)?);
             // Without a curve beside it the unknown would seem not to matter.
-            if more.len().min(less.len()) < LEAD + LEAST_POINTS {
+            if more.len().min(less.len()) < points.min(LEAD + LEAST_POINTS) {
                 return None;
             }
             // The last points may lie beyond the end of one of them.

@@ -1,7 +1,7 @@
 //! What the data tell of an error of the worm's angle, once a turn, that nobody states (docs/BOUNDS.md#an-error-of-the-worm).
 //!
 //! Its two waves are linear unknowns that all curves share, by their angles. With everything else linear about the truth, the evidence for
-//! an amplitude over none, the error of whoever takes it for none, and that of whoever knows the amplitude follow in closed form.
+//! an amplitude over none, the error of whoever takes it for none, and that of whoever knows how large it is follow in closed form.
 
 use std::f64::consts::TAU;
 
@@ -17,14 +17,14 @@ use serde::Serialize;
 
 use super::information::{DRAWS, MEAN_SHARE, PIN_SIGMA_M};
 use super::known::{
-    BEND, CABLE, Chosen, FRICTION, GIVE, K, Known, ONSET, RADIUS, UNIFORM, UNKNOWNS,
+    BEND, CABLE, Chosen, FRICTION, GIVE, K, Known, ONSET, RADIUS, TURNS, UNIFORM, UNKNOWNS,
 };
 use crate::reference::Curve;
 
 /// Amplitudes, radian of the wheel.
 const AMPLITUDES_RAD: [f64; 5] = [0.5e-3, 1e-3, 1.5e-3, 2e-3, 3e-3];
-/// Points of a press on the stop.
-const PRESS_POINTS: usize = 16;
+/// Phases over which the errors of an amplitude are averaged.
+const PHASES: usize = 16;
 
 /// What an error of the worm does to places, and how well it shows; means over contacts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -41,7 +41,7 @@ pub struct Worm {
     pub claimed_pct: f64,
     /// Share of its errors within two of its deviations, percent.
     pub within2_pct: f64,
-    /// Mean error without sign of whoever knows the amplitude, but not the phase.
+    /// Mean error without sign of whoever knows how large it is, as the deviation of both waves, and finds them.
     pub stated_pct: f64,
 }
 
@@ -126,13 +126,19 @@ impl Known {
         let means = self.means(&Chosen::SOME);
         let (cable, bend) = (means[CABLE], means[BEND]);
         let middle_nm = 0.5 * self.top_nm();
-        let torques: Vec<f64> = (1..=PRESS_POINTS)
-            .map(|point| self.top_nm() * point as f64 / PRESS_POINTS as f64)
-            .collect();
         let bent = |nm: f64| nm * (0.5 * nm - middle_nm);
+        let twist_rad = |nm: f64| cable * (nm - bend * bent(nm));
+        // Torques whose twists lie as far apart as the points of a curve.
+        let width_rad = TURNS * self.turn_rad;
+        let mut torques = Vec::new();
+        let mut nm = 0.0;
+        while nm < self.top_nm() {
+            nm += width_rad / cable * (1.0 - bend * (nm - middle_nm)).recip();
+            torques.push(nm);
+        }
         let angles: Vec<f64> = torques
             .iter()
-            .map(|&nm| self.closed_rad + cable * (nm - bend * bent(nm)))
+            .map(|&nm| self.closed_rad + twist_rad(nm))
             .collect();
         let samples = angles.iter().zip(&torques).map(|(&angle_rad, &nm)| {
             let turns = (angle_rad - self.closed_rad) / self.turn_rad;
@@ -146,14 +152,14 @@ impl Known {
         let lower =
             noise.whitening(&noise.covariance(&curve), &curve, self.closed_rad, &torques)?;
         let nm_per_rad = DVector::from_iterator(
-            PRESS_POINTS,
+            torques.len(),
             (torques.iter()).map(|nm| 1.0 / (cable * (1.0 - bend * (nm - middle_nm)))),
         );
         // Derivatives of the angle at a torque, by cable, bend and onset.
-        let slopes = DMatrix::from_fn(PRESS_POINTS, 3, |point, unknown| {
+        let slopes = DMatrix::from_fn(torques.len(), 3, |point, unknown| {
             let nm = torques[point];
             let rad = match unknown {
-                0 => (nm - bend * bent(nm)) * deviations[CABLE],
+                0 => twist_rad(nm) / cable * deviations[CABLE],
                 1 => -cable * bent(nm) * deviations[BEND],
                 _ => deviations[ONSET],
             };
@@ -227,22 +233,23 @@ impl Known {
     }
 }
 
-/// Share of normal errors of a deviation within two of another, percent, by the error function's own series (Abramowitz and Stegun 7.1.26).
-fn within2_pct(claimed: f64, actual: f64) -> f64 {
-    let x = 2f64.sqrt() * claimed / actual;
-    let t = 1.0 / (1.0 + 0.327_591_1 * x);
-    let series = [
-        1.061_405_429,
-        -1.453_152_027,
-        1.421_413_741,
-        -0.284_496_736,
-        0.254_829_592,
-    ];
-    let sum = series.iter().fold(0.0, |sum, factor| (sum + factor) * t);
-    100.0 * (1.0 - sum * (-x * x).exp())
+/// Normal errors of a deviation about a bias that is a wave of this amplitude with any phase: their mean without sign, in deviations, and
+/// the share of them within two deviations.
+fn biased(amplitude: f64) -> [f64; 2] {
+    let of_phase = |phase: usize| {
+        let bias = amplitude * (TAU * (phase as f64 + 0.5) / PHASES as f64).cos();
+        let mean = (2.0 / std::f64::consts::PI).sqrt() * (-0.5 * bias * bias).exp()
+            + bias * libm::erf(bias / 2f64.sqrt());
+        let below = |x: f64| 0.5 * (1.0 + libm::erf((x - bias) / 2f64.sqrt()));
+        [mean, below(2.0) - below(-2.0)]
+    };
+    let sum = (0..PHASES)
+        .map(of_phase)
+        .fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
+    sum.map(|sum| sum / PHASES as f64)
 }
 
-/// What errors of the worm do to a scene's finger. `None` where the finger cannot make the contacts.
+/// What errors of the worm do to a scene's finger, whose weight is not stated. `None` where the finger cannot make the contacts.
 #[must_use]
 pub fn worms<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Option<Vec<Worm>> {
     let known = Known::of::<S>(parameters);
@@ -253,6 +260,9 @@ pub fn worms<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Opt
             (0..DRAWS).find_map(|_| known.joined(&known.drawn(&mut random)?))
         })
         .collect();
+    if all.is_empty() {
+        return None;
+    }
     let press = known.press_part(&known.deviations(known.lengths_m[0]))?;
     let number = all.len() as f64;
     let of = |amplitude_rad: f64| {
@@ -267,13 +277,14 @@ pub fn worms<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Opt
         };
         for one in &all {
             let [claimed, moved, stated] = one.variances(amplitude_rad)?;
-            let actual = (claimed + moved).sqrt();
-            let pct = |sigma: f64| 100.0 * MEAN_SHARE * UNIFORM * sigma / number;
+            // The variance of a wave is half of its amplitude's square.
+            let [error, within2] = biased((2.0 * moved / claimed).sqrt());
+            let sigma_pct = |variance: f64| 100.0 * UNIFORM * variance.sqrt() / number;
             worm.contact_nats += one.part.nats(amplitude_rad)? / number;
-            worm.unstated_pct += pct(actual);
-            worm.claimed_pct += pct(claimed.sqrt());
-            worm.within2_pct += within2_pct(claimed.sqrt(), actual) / number;
-            worm.stated_pct += pct(stated.sqrt());
+            worm.unstated_pct += error * sigma_pct(claimed);
+            worm.claimed_pct += MEAN_SHARE * sigma_pct(claimed);
+            worm.within2_pct += 100.0 * within2 / number;
+            worm.stated_pct += MEAN_SHARE * sigma_pct(stated);
         }
         Some(worm)
     };

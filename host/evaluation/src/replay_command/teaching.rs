@@ -3,11 +3,9 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use palpate::app::console::command::NEAREST_PIN_MM;
 use palpate::finger::Mechanics;
 use palpate::scene::Scene;
-
-/// Nearest place of a pin to its joint that the firmware takes, millimetre.
-const NEAREST_MM: f64 = 1.0;
 
 /// A recording that calibrates.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,11 +64,11 @@ fn last_phalanx<S: Scene>() -> (u8, f64) {
 pub fn check(all: &[Teaching], scene: &str) -> Result<(), String> {
     let last = palpate_scenes::for_scene!(scene, |S| last_phalanx::<S>());
     let (phalanx, length_mm) = last.ok_or("no such scene")?;
-    let allowed = NEAREST_MM..=length_mm;
+    let allowed = f64::from(NEAREST_PIN_MM)..=length_mm;
     let off = |pin: &&Teaching| pin.pin_mm.is_some_and(|mm| !allowed.contains(&mm));
     match all.iter().find(off) {
         Some(pin) => Err(format!(
-            "--calibrate {pin}: a pin of {scene} stands at {NEAREST_MM} to {length_mm} mm of phalanx {phalanx}"
+            "--calibrate {pin}: a pin of {scene} stands at {NEAREST_PIN_MM} to {length_mm} mm of phalanx {phalanx}"
         )),
         None => Ok(()),
     }
