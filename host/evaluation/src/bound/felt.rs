@@ -106,26 +106,37 @@ impl Known {
         Some(self.felt(observed, random))
     }
 
+    /// A pin of a guided calibration at this share of the last phalanx.
+    pub(super) fn pin(&self, share: f64) -> Option<Chosen> {
+        let phalanx = self.lengths_m.len();
+        Some(Chosen {
+            phalanx,
+            k_m: share * self.lengths_m[phalanx - 1],
+            object_m: self.settings.pin_radius_m.into(),
+            onset_rad: self.onset_rad(PIN_RAD)?,
+        })
+    }
+
     /// The two pins of a guided calibration on this finger, of a material of their own.
     pub(super) fn pins(&self, finger: &[f64; UNKNOWNS], random: &mut Pcg64Mcg) -> Option<Vec<Pin>> {
-        let phalanx = self.lengths_m.len();
         let friction = self.values(random)?[FRICTION];
         let pin = |share: f64| {
-            let k_m = share * self.lengths_m[phalanx - 1];
+            let told = self.pin(share)?;
             let chosen = Chosen {
-                phalanx,
-                k_m: k_m + PIN_SIGMA_M * normals(1, random)[0],
-                object_m: self.settings.pin_radius_m.into(),
-                onset_rad: self.onset_rad(PIN_RAD)?,
+                k_m: told.k_m + PIN_SIGMA_M * normals(1, random)[0],
+                ..told
             };
             let mut values = self.means(&chosen);
             for unknown in OF_FINGER {
                 values[unknown] = finger[unknown];
             }
             values[FRICTION] = friction;
-            let observed = self.observed(phalanx, values)?;
+            let observed = self.observed(chosen.phalanx, values)?;
             let felt = self.felt(observed, random);
-            Some(Pin { k_m, felt })
+            Some(Pin {
+                k_m: told.k_m,
+                felt,
+            })
         };
         PIN_SHARES.into_iter().map(pin).collect()
     }

@@ -7,7 +7,7 @@
 //! prototype it is compared with the exact posterior (`tests/all/bound.rs`). Means over contacts are in [`super::mean`].
 
 use nalgebra::{DMatrix, DVector};
-use palpate_simulation::places::{PIN_RAD, PIN_SHARES};
+use palpate_simulation::places::PIN_SHARES;
 
 use super::known::{
     Chosen, FACTOR, FRICTION, GIVE, JOINT, K, Known, ONSET, PULLEYS, RADIUS, RETURN_PULLEYS, TURNS,
@@ -31,8 +31,6 @@ pub(super) const LEAD: usize = 4;
 const LEAST_POINTS: usize = 8;
 /// Share of the probing's torque up to which a curve is taken.
 pub(super) const TOP_SHARE: f64 = 0.95;
-/// Contacts that a finger cannot make are drawn again, so often.
-pub(super) const DRAWS: usize = 50;
 
 /// What is known of the pulleys of a tendon and of a return cable.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -297,16 +295,9 @@ impl Known {
         deviations: &[f64; UNKNOWNS],
         pulleys: Pulleys,
     ) -> Option<DMatrix<f64>> {
-        let phalanx = self.lengths_m.len();
-        let length_m = self.lengths_m[phalanx - 1];
         let mut known = self.pressed(deviations, pulleys);
         for share in PIN_SHARES {
-            let pin = Chosen {
-                phalanx,
-                k_m: share * length_m,
-                object_m: self.settings.pin_radius_m.into(),
-                onset_rad: self.onset_rad(PIN_RAD)?,
-            };
+            let pin = self.pin(share)?;
             for (unknown, variance) in [
                 (K, (PIN_SIGMA_M / deviations[K]).powi(2)),
                 (RADIUS, 0.0),

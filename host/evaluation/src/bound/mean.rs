@@ -3,12 +3,10 @@
 use palpate::scene::Scene;
 use palpate_document::table::head;
 use palpate_plant::Parameters;
-use rand::SeedableRng;
-use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 use serde::Serialize;
 
-use super::information::{DRAWS, MEAN_SHARE};
+use super::each::{DRAWS, each};
+use super::information::MEAN_SHARE;
 use super::known::Known;
 
 /// Mean errors without sign that the data allow, percent of the phalanx.
@@ -45,13 +43,9 @@ pub fn bound<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Opt
 impl Known {
     /// What the data hold of places with this much known.
     pub(super) fn bound(&self, scene: &'static str, contacts: u64, seed: u64) -> Option<Bound> {
-        let sigmas: Vec<[f64; 8]> = (0..contacts)
-            .into_par_iter()
-            .filter_map(|index| {
-                let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
-                (0..DRAWS).find_map(|_| self.sigmas_pct(&self.drawn(&mut random)?))
-            })
-            .collect();
+        let sigmas = each(contacts, seed, DRAWS, |random| {
+            self.sigmas_pct(&self.drawn(random)?)
+        });
         let mean = |level: usize| {
             let sum: f64 = sigmas.iter().map(|sigma| sigma[level]).sum();
             MEAN_SHARE * sum / sigmas.len() as f64

@@ -10,6 +10,7 @@
 mod agreement;
 mod chain;
 pub mod drawn;
+mod each;
 pub mod effects;
 mod felt;
 pub mod information;

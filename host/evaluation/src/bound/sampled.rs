@@ -11,14 +11,13 @@ use palpate::scene::Scene;
 use palpate::sensing::Calibration;
 use palpate_document::table::head;
 use palpate_plant::Parameters;
-use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::chain::{Linear, Told, of_open};
+use super::each::{DRAWS, each};
 use super::felt::{Belief, Felt, OF_OBJECT};
-use super::information::{DRAWS, End};
+use super::information::End;
 use super::known::{K, Known, OFFSET_M, ONSET, RADII_M, RADIUS, UNIFORM, UNKNOWNS, is_possible};
 use super::ours::Ours;
 
@@ -179,13 +178,7 @@ pub fn first_posterior<S: Scene>(
     seed: u64,
 ) -> Option<FirstPosterior> {
     let known = Known::of::<S>(parameters);
-    let all: Vec<[Judged; 2]> = (0..contacts)
-        .into_par_iter()
-        .filter_map(|index| {
-            let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
-            (0..DRAWS).find_map(|_| known.judged::<S>(&mut random))
-        })
-        .collect();
+    let all: Vec<[Judged; 2]> = each(contacts, seed, DRAWS, |random| known.judged::<S>(random));
     let [pins, press] = [0, 1].map(|row| Both::of(all.iter().map(|judged| judged[row])));
     (!all.is_empty()).then_some(FirstPosterior {
         scene: S::NAME,

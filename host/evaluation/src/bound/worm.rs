@@ -9,13 +9,11 @@ use nalgebra::{DMatrix, DVector};
 use palpate::scene::Scene;
 use palpate_document::table::head;
 use palpate_plant::Parameters;
-use palpate_simulation::places::{PIN_RAD, PIN_SHARES};
-use rand::SeedableRng;
-use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
+use palpate_simulation::places::PIN_SHARES;
 use serde::Serialize;
 
-use super::information::{DRAWS, MEAN_SHARE, PIN_SIGMA_M};
+use super::each::{DRAWS, each};
+use super::information::{MEAN_SHARE, PIN_SIGMA_M, prior};
 use super::known::{
     BEND, CABLE, Chosen, FRICTION, GIVE, K, Known, ONSET, RADIUS, TURNS, UNIFORM, UNKNOWNS,
 };
@@ -174,61 +172,51 @@ impl Known {
 
     /// Two pins and a contact of a finger that has been pressed on its stop.
     fn joined(&self, contact: &Chosen) -> Option<Joined> {
-        let phalanx = self.lengths_m.len();
-        let length_m = self.lengths_m[phalanx - 1];
         let deviations = self.deviations(self.lengths_m[contact.phalanx - 1]);
+        let mut pressed = prior(&deviations);
+        self.press_on_stop(&mut pressed, &deviations);
+        // The contact is the last curve.
+        let pins = PIN_SHARES.len();
         let mut curves = Vec::new();
         for share in PIN_SHARES {
-            let pin = Chosen {
-                phalanx,
-                k_m: share * length_m,
-                object_m: self.settings.pin_radius_m.into(),
-                onset_rad: self.onset_rad(PIN_RAD)?,
-            };
-            curves.push(self.part(&pin, &deviations)?);
+            curves.push(self.part(&self.pin(share)?, &deviations)?);
         }
         curves.push(self.part(contact, &deviations)?);
-        let mut pressed = super::information::prior(&deviations);
-        self.press_on_stop(&mut pressed, &deviations);
-        // Unknowns of the finger once, those of a contact for each; pins are of one material.
-        let pins = PIN_SHARES.len();
-        let mut columns: Vec<(usize, Option<usize>, f64)> = Vec::new();
-        for unknown in (0..UNKNOWNS).filter(|&unknown| deviations[unknown] > 0.0) {
-            let own = [FRICTION, K, RADIUS, ONSET, GIVE].contains(&unknown);
-            if !own {
-                columns.push((unknown, None, pressed[(unknown, unknown)].sqrt()));
-                continue;
-            }
-            for curve in 0..=pins {
-                let sigma = match unknown {
-                    FRICTION if 0 < curve && curve < pins => continue,
-                    RADIUS | GIVE if curve < pins => continue,
-                    K if curve < pins => PIN_SIGMA_M / deviations[K],
-                    _ => 1.0,
-                };
-                columns.push((unknown, Some(curve), sigma));
-            }
-        }
+        // The first curve with the same value of an unknown: all share the finger's, and pins are of one material.
+        let first = |unknown: usize, curve: usize| match unknown {
+            K | RADIUS | ONSET | GIVE => curve,
+            FRICTION if curve == pins => curve,
+            _ => 0,
+        };
+        let sigma = |unknown: usize, curve: usize| match unknown {
+            RADIUS | GIVE if curve < pins => 0.0,
+            K if curve < pins => PIN_SIGMA_M / deviations[K],
+            _ => pressed[(unknown, unknown)].sqrt(),
+        };
+        let columns: Vec<(usize, usize)> = (0..UNKNOWNS)
+            .flat_map(|unknown| (0..=pins).map(move |curve| (unknown, curve)))
+            .filter(|&(unknown, curve)| {
+                first(unknown, curve) == curve && sigma(unknown, curve) > 0.0
+            })
+            .collect();
         let points = curves.iter().map(|part| part.slopes.nrows()).sum();
         let mut slopes = DMatrix::zeros(points, columns.len());
         let mut waves = DMatrix::zeros(points, 2);
         let mut from = 0;
-        for (index, part) in curves.iter().enumerate() {
+        for (curve, part) in curves.iter().enumerate() {
             let rows = part.slopes.nrows();
             waves.rows_mut(from, rows).copy_from(&part.waves);
-            for (column, &(unknown, of, sigma)) in columns.iter().enumerate() {
-                let is_pins = unknown == FRICTION && of == Some(0) && index < pins;
-                if is_pins || of.is_none_or(|of| of == index) {
-                    let slope = part.slopes.column(unknown) * sigma;
+            for (column, &(unknown, of)) in columns.iter().enumerate() {
+                if first(unknown, curve) == of {
+                    let slope = part.slopes.column(unknown) * sigma(unknown, of);
                     slopes.view_mut((from, column), (rows, 1)).copy_from(&slope);
                 }
             }
             from += rows;
         }
-        let place = (columns.iter()).position(|&(unknown, of, _)| unknown == K && of == Some(pins));
         Some(Joined {
             part: Part { slopes, waves },
-            place: place?,
+            place: columns.iter().position(|&column| column == (K, pins))?,
         })
     }
 }
@@ -253,13 +241,9 @@ fn biased(amplitude: f64) -> [f64; 2] {
 #[must_use]
 pub fn worms<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Option<Vec<Worm>> {
     let known = Known::of::<S>(parameters);
-    let all: Vec<Joined> = (0..contacts)
-        .into_par_iter()
-        .filter_map(|index| {
-            let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
-            (0..DRAWS).find_map(|_| known.joined(&known.drawn(&mut random)?))
-        })
-        .collect();
+    let all = each(contacts, seed, DRAWS, |random| {
+        known.joined(&known.drawn(random)?)
+    });
     if all.is_empty() {
         return None;
     }

@@ -13,7 +13,8 @@ use super::grasp::{
 use crate::bound::Objects;
 use crate::bound::chain::normals;
 use crate::bound::drawn::REFERENCE_NOISE;
-use crate::bound::information::{DIFFERENCE, DRAWS, PIN_SIGMA_M, forget, prior, told};
+use crate::bound::each::DRAWS;
+use crate::bound::information::{DIFFERENCE, PIN_SIGMA_M, forget, prior, told};
 use crate::bound::known::{Known, UNIFORM, is_possible};
 use crate::reference::{Curve, Noise};
 

@@ -28,13 +28,12 @@ use nalgebra::DMatrix;
 use palpate::scene::Scene;
 use palpate_document::table::head;
 use palpate_plant::Parameters;
-use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::chain::Told;
-use super::information::{DRAWS, MEAN_SHARE};
+use super::each::{DRAWS, each};
+use super::information::MEAN_SHARE;
 use crate::reference::Noise;
 use fisher::{LEVELS, noise};
 use grasp::{Asked, Grasp};
@@ -88,14 +87,10 @@ fn each_drawn<S: Scene, const N: usize>(
     let noise = noise(parameters);
     let known = asked.calibrated(&noise)?;
     let calibrated = Calibrated { known, noise };
-    let drawn = (0..contacts).into_par_iter().filter_map(|index| {
-        let mut random = Pcg64Mcg::seed_from_u64((seed << 32) + index);
-        (0..DRAWS * DRAWS).find_map(|_| {
-            let grasp = asked.drawn(asked.finger(&calibrated.known, &mut random)?, &mut random)?;
-            of(&asked, &calibrated, &grasp, &mut random)
-        })
-    });
-    Some(drawn.collect())
+    Some(each(contacts, seed, DRAWS * DRAWS, |random| {
+        let grasp = asked.drawn(asked.finger(&calibrated.known, random)?, random)?;
+        of(&asked, &calibrated, &grasp, random)
+    }))
 }
 
 /// What the data hold of second contacts on a scene's finger in a world. `None` where the finger cannot make them.
