@@ -1,10 +1,11 @@
-//! What the host programs share at the command line: how far they are ([`progress`]), their end, completions, help with examples.
+//! What the host programs share at the command line: how far they are ([`progress`]), their end, completions, help with examples, values
+//! of options, errors of files.
 
 pub mod progress;
 
 use std::fmt::Display;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::CommandFactory;
@@ -46,6 +47,24 @@ pub fn by_xtask(value: &str) -> Result<PathBuf, String> {
     Err(format!(
         "this program alone does not write '{value}': `cargo xtask` and the same words do; --events leaves what it is made of"
     ))
+}
+
+/// Reads a whole number above 0.
+///
+/// # Errors
+/// It is none; what is expected.
+pub fn at_least_one(text: &str) -> Result<usize, String> {
+    text.parse()
+        .ok()
+        .filter(|number| *number > 0)
+        .ok_or_else(|| "a whole number from 1 on is expected".to_owned())
+}
+
+/// Tells that a file or folder of the user's cannot be written, and what to look at.
+#[must_use]
+pub fn cannot_write(path: &Path, error: &std::io::Error) -> String {
+    let path = path.display();
+    format!("cannot write {path}: {error}; does the folder exist, and may you write there?")
 }
 
 /// The commands of a program whose help shows no example; hidden ones need none.

@@ -44,7 +44,7 @@ pub enum Error {
         source: std::io::Error,
     },
     /// A file cannot be written.
-    #[error("cannot write {}: {source}; does the folder exist, and may you write there?", path.display())]
+    #[error("{}", palpate_cli::cannot_write(path, source))]
     Write {
         /// The file.
         path: PathBuf,

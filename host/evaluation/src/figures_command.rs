@@ -48,10 +48,8 @@ fn usual_figures() -> PathBuf {
 
 /// Draws the figures into a folder, which is made where it is missing.
 fn draw(directory: &Path, plan: &job::Plan) -> Outcome {
-    std::fs::create_dir_all(directory).map_err(|error| {
-        let folder = directory.display();
-        format!("cannot write {folder}: {error}; does the folder exist, and may you write there?")
-    })?;
+    std::fs::create_dir_all(directory)
+        .map_err(|error| palpate_cli::cannot_write(directory, &error))?;
     drawn(directory, plan).map_err(|error| format!("{}: {error}", directory.display()).into())
 }
 

@@ -102,7 +102,7 @@ struct FalseContacts {
     #[arg(long, default_value = palpate_scenes::NAMES[0], value_parser = scene::named)]
     scene: String,
     /// Free closings in each world, at least one.
-    #[arg(long, default_value_t = 1000, value_parser = at_least_one)]
+    #[arg(long, default_value_t = 1000, value_parser = palpate_cli::at_least_one)]
     closings: usize,
     /// Contacts of each finger on the first phalanx that can touch, and on the last; 0 for free closings alone.
     #[arg(long, default_value_t = false_contacts::CONTACTS)]
@@ -134,13 +134,6 @@ struct Recordings {
     /// One JSON object a line instead of a table.
     #[arg(long)]
     json: bool,
-}
-
-fn at_least_one(text: &str) -> Result<usize, String> {
-    text.parse()
-        .ok()
-        .filter(|number| *number > 0)
-        .ok_or_else(|| "a whole number from 1 on is expected".to_owned())
 }
 
 fn plan(

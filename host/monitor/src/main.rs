@@ -1,7 +1,7 @@
 //! `palpate-monitor`: the live view, and recording without it.
 
 use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -240,7 +240,7 @@ fn record(options: &RecordOptions) -> Result<(), String> {
         ));
     }
     let source = options.source.open()?;
-    let cannot = |error: std::io::Error| cannot_write(&options.file, &error);
+    let cannot = |error: std::io::Error| palpate_cli::cannot_write(&options.file, &error);
     let mut recording = Recording::create(&options.file).map_err(cannot)?;
     let usual = format!("{};run", options.source.trace());
     let commands = options.commands.as_deref().unwrap_or(&usual);
@@ -308,11 +308,6 @@ fn record(options: &RecordOptions) -> Result<(), String> {
     }
 }
 
-fn cannot_write(file: &Path, error: &std::io::Error) -> String {
-    let file = file.display();
-    format!("cannot write {file}: {error}; does the folder exist, and may you write there?")
-}
-
 fn page(options: &PageOptions) -> Result<(), String> {
     let from = From::File(options.lines.clone());
     let source = Source::open(&from, 0.0).map_err(|error| error.to_string())?;
@@ -322,7 +317,7 @@ fn page(options: &PageOptions) -> Result<(), String> {
     }
     let finger = page.scene().and_then(scenes::finger);
     std::fs::write(&options.out, page.html(&options.title, finger))
-        .map_err(|error| cannot_write(&options.out, &error))?;
+        .map_err(|error| palpate_cli::cannot_write(&options.out, &error))?;
     println!("{}", options.out.display());
     Ok(())
 }

@@ -30,7 +30,7 @@ pub struct Options {
     #[arg(long)]
     matrix: bool,
     /// Judge only every Nth cell of the matrix, N from 1
-    #[arg(long, value_name = "N", default_value_t = 1, requires = "matrix", value_parser = at_least_one, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "matrix", value_parser = palpate_cli::at_least_one, allow_negative_numbers = true)]
     every: usize,
     /// Number of random pairs of faults to inject at random times; the grasp after each is judged
     #[arg(long, default_value_t = 0)]
@@ -44,13 +44,6 @@ pub struct Options {
     /// One JSON object a line
     #[arg(long)]
     json: bool,
-}
-
-fn at_least_one(text: &str) -> Result<usize, String> {
-    text.parse()
-        .ok()
-        .filter(|number| *number > 0)
-        .ok_or_else(|| "a whole number from 1 on is expected".to_owned())
 }
 
 /// A run with or without a fault, with its result.
