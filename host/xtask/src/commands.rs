@@ -258,10 +258,7 @@ pub fn reach(images: &[PathBuf]) -> Outcome {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn words(text: &str) -> Vec<String> {
-        text.split_whitespace().map(str::to_owned).collect()
-    }
+    use crate::process::words;
 
     #[test]
     fn an_option_is_taken_in_both_spellings_and_the_rest_is_left() {

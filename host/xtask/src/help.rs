@@ -105,10 +105,7 @@ pub fn text(command: &Command) -> String {
 mod tests {
     use super::*;
     use crate::COMMANDS;
-
-    fn words(text: &str) -> Vec<String> {
-        text.split_whitespace().map(str::to_owned).collect()
-    }
+    use crate::process::words;
 
     #[test]
     fn who_passes_help_on_is_a_command() {

@@ -112,14 +112,15 @@ pub fn cannot_write(path: &Path, error: &std::io::Error) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::process::words;
 
     /// Without a line from its start a board says nothing of its scene, and the monitor draws the one that it is called with.
     #[test]
     fn the_scene_of_an_image_that_is_built_is_named() {
         let image = Some(Path::new("palpate"));
         let scenes = |image, arguments: &str| {
-            let arguments: Vec<String> = arguments.split_whitespace().map(str::to_owned).collect();
-            let words = call("monitor", image, &arguments).map_err(|failure| failure.message);
+            let words =
+                call("monitor", image, &words(arguments)).map_err(|failure| failure.message);
             let words = words.expect("a call");
             let scenes = words.iter().filter(|word| word.starts_with("--scene"));
             scenes.cloned().collect::<Vec<_>>()

@@ -118,10 +118,10 @@ fn has_pip() -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::process::words;
 
     fn asks(call: &str) -> bool {
-        let words: Vec<String> = call.split_whitespace().map(str::to_owned).collect();
-        asked(&words)
+        asked(&words(call))
     }
 
     #[test]

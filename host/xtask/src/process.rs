@@ -154,3 +154,9 @@ fn cannot_start(command: &Command, error: &std::io::Error) -> Failure {
         command.get_program().to_string_lossy()
     ))
 }
+
+/// The words of a call.
+#[cfg(test)]
+pub fn words(call: &str) -> Vec<String> {
+    call.split_whitespace().map(str::to_owned).collect()
+}

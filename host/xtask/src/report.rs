@@ -173,10 +173,10 @@ fn compiler() -> Outcome<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::process::words;
 
     fn checked(call: &str) -> Outcome {
-        let words: Vec<String> = call.split_whitespace().map(str::to_owned).collect();
-        check(&words)
+        check(&words(call))
     }
 
     #[test]
