@@ -84,7 +84,7 @@ impl Point {
 pub struct Curve {
     origin_counts: i32,
     points: [Point; POINTS],
-    /// The first one that may be filled: after a short history there are fewer before the contact.
+    /// Index of the first point in use: a short history fills fewer of those before the contact.
     first: usize,
     /// The point that is being filled.
     filling: usize,

@@ -222,8 +222,8 @@ impl<S: Scene> Coordinator<S> {
         Ok(())
     }
 
-    /// Takes an event of the sensing half: a located contact sets the current that holds the wanted force. A last word without a force takes
-    /// it back, so that the object is held as the scene says. True where the last word asks for more than the limit of the current.
+    /// Takes an event of the sensing half: a located contact sets the current that holds the wanted force. A last word without a force
+    /// takes it back, so that the object is held as the scene says. True where the last word asks for more than the limit of the current.
     pub fn event(&mut self, event: &Event) -> bool {
         let (force_n, settled) = match *event {
             Event::Located {

@@ -45,7 +45,7 @@ pub(super) fn motion<S: Scene>(overrides: &Overrides) -> Motion {
         }
     }
     if let Some(torque_nm) = overrides.get(Setting::ProbeTorque) {
-        // The finger closes on until the last word: no harder than that torque asks for, and what moves it freely.
+        // Cap the current until the last word: what this torque asks for, and what moves the free finger.
         let a_per_nm =
             const { 1.0 / (S::DRIVETRAIN.torque_per_ampere_nm * S::DRIVETRAIN.efficiency) };
         let most_a = motion.free_current_a + a_per_nm * torque_nm;

@@ -16,8 +16,8 @@ use crate::sensing::locator::Locator;
 const LEAD: usize = 4;
 /// Points that a curve cut short keeps at least, or it stays whole: what the locator fits needs some.
 const LEAST_POINTS: usize = 6;
-/// Updates after the end of the curve from which on no shorter part of it is tried (chosen): with three phalanges rounds on ever shorter parts
-/// of the curve can take longer than the finger holds.
+/// Updates after the end of the curve from which on no shorter part of it is tried (chosen): with three phalanges rounds on ever shorter
+/// parts of the curve can take longer than the finger holds.
 const LAST_AFTER: u16 = 4500;
 
 /// A contact under way.

@@ -13,8 +13,8 @@ const UNEVEN_SHARE: f32 = 0.08;
 impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
     /// Torque factor, and its standard deviation as a share of it: rise of the free finger's torque from the first to the last third of the
     /// record, over the rise that the motor had to give there. The springs' rise is the finger's own; friction hardly differs between the
-    /// two. `None` once a pin has told the factor, for a finger whose weight, which would rise and fall with the springs, is not stated, for
-    /// one whose cable nothing has told, without a record, and where nothing rises.
+    /// two. `None` once a pin has told the factor, for a finger whose weight, which would rise and fall with the springs, is not stated,
+    /// for one whose cable nothing has told, without a record, and where nothing rises.
     // Not inlined: rarely called, and solves for two postures.
     #[inline(never)]
     pub(super) fn closing_factor(&self) -> Option<[f32; 2]> {
@@ -37,7 +37,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         let uneven_nm = UNEVEN_SHARE * 0.5 * (friction.mean_nm()? - friction.opening_nm);
         let noise_nm =
             self.drivetrain.efficiency * sqrt(uneven_nm * uneven_nm + 2.0 * wander_nm * wander_nm);
-        // The rise is off by what is not known of the losses on the way to the joints, at most.
+        // Count the whole uncertainty of the losses on the way to the joints, although they act on a part of the rise.
         let [_, loss_sigma] = F::JOINT_LOSS;
         let lost_nm = loss_sigma * rise_nm;
         let sigma_nm = sqrt(noise_nm * noise_nm + lost_nm * lost_nm);

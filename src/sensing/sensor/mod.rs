@@ -223,8 +223,8 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> Sensor<F, H, X> {
         &self.state.calibration
     }
 
-    /// Takes a stored or nominal calibration. Returns false for an invalid one, which is ignored. A contact that is still judged is dropped:
-    /// it would be judged by both, and a pin would add to this one what it has learned with the other.
+    /// Takes a stored or nominal calibration. Returns false for an invalid one, which is ignored. A contact that is still judged is
+    /// dropped: it would be judged by both, and a pin would add to this one what it has learned with the other.
     // Not inlined: called from several places.
     #[inline(never)]
     pub fn set_calibration(&mut self, calibration: Calibration) -> bool {

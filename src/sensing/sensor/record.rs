@@ -13,8 +13,8 @@ use crate::sensing::{Drive, Event};
 
 /// Share of the travel that a recording must cover.
 const COVERAGE: f32 = 0.6;
-/// Largest angle from the opening stop at which a recording may begin, radian (chosen: three times what a closing takes to settle). No contact
-/// is felt before the record begins.
+/// Largest angle from the opening stop at which a recording may begin, radian (chosen: three times what a closing takes to settle). No
+/// contact is felt before the record begins.
 const BEGUN_RAD: f32 = 0.25;
 /// Samples between two steps of an assessment, so that steps leave time for everything else.
 const SAMPLES_PER_STEP: u8 = 4;

@@ -135,7 +135,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         if let Place::Anywhere = place {
             calibration.correct_constant(&collector.constant);
         } else if noise.worm_error_rad <= 0.0 {
-            // What a pin has wrong stays with every place after it: where nobody states the error, it is judged as of a poor wheel.
+            // An error at a pin biases every place located after it: assume a poor wheel where nobody states the error.
             noise.worm_error_rad = UNSTATED_RAD;
         }
         #[cfg(not(weightless))]
