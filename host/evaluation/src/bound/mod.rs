@@ -13,6 +13,7 @@ pub mod drawn;
 mod each;
 pub mod effects;
 mod felt;
+pub mod force;
 pub mod information;
 mod known;
 pub mod mean;

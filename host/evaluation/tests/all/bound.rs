@@ -4,7 +4,9 @@
 use palpate_evaluation::bound::information::MEAN_SHARE;
 use palpate_evaluation::bound::mean::{self, bound};
 use palpate_evaluation::bound::sampled::{self, first_posterior};
-use palpate_evaluation::bound::{Told, effects, ideal, levels, markdown, on_large, study, worm};
+use palpate_evaluation::bound::{
+    Told, effects, force, ideal, levels, markdown, on_large, study, worm,
+};
 use palpate_plant::Parameters;
 use palpate_scenes::for_scene;
 
@@ -121,6 +123,23 @@ fn an_error_of_the_worm_moves_places_before_it_shows() {
     for worm in &worms {
         assert!(worm.claimed_pct < worm.stated_pct && worm.stated_pct < worm.unstated_pct);
     }
+}
+
+/// Forces: what the springs are off by, a pin does not tell.
+#[test]
+fn forces_are_as_sure_as_the_springs_are_known() {
+    let parameters = Parameters::of("p70").expect("a scene");
+    let bounds = for_scene!("p70", |S| force::forces::<S>(&parameters, contacts(12), 1))
+        .flatten()
+        .expect("contacts");
+    println!("{}", force::markdown(&bounds));
+    let [press, pins, rubbing, springs] = bounds[..] else {
+        panic!("{bounds:?}")
+    };
+    assert!(press.median_pct > pins.median_pct);
+    assert!(pins.median_pct > rubbing.median_pct.max(springs.median_pct));
+    // Springs that are known leave the path and what rubs.
+    assert!(springs.within_pct > pins.within_pct && springs.median_pct > 1.0);
 }
 
 /// Fingers whose stiffness hardly changes with the place on a part of a phalanx, where the bound means little.
