@@ -102,8 +102,8 @@ macro_rules! log_lines {
             contact_change warn "contact-change what={=str} from_mnm={=f32} to_mnm={=f32}"
                 (what: &str, from_mnm: f32, to_mnm: f32);
             /// Torque factor and cable, as known now.
-            calibrated info "calibrated torque_factor={=f32} torque_factor_sigma={=f32} cable_mrad_per_nm={=f32} cable_sigma_mrad_per_nm={=f32} correlation={=f32} stiffening_per_nm={=f32} stiffening_sigma_per_nm={=f32} contacts={=u8} presses={=u8}"
-                (torque_factor: f32, torque_factor_sigma: f32, cable_mrad_per_nm: f32, cable_sigma_mrad_per_nm: f32, correlation: f32, stiffening_per_nm: f32, stiffening_sigma_per_nm: f32, contacts: u8, presses: u8);
+            calibrated info "calibrated torque_factor={=f32} torque_factor_sigma={=f32} cable_mrad_per_nm={=f32} cable_sigma_mrad_per_nm={=f32} correlation={=f32} stiffening_per_nm={=f32} stiffening_sigma_per_nm={=f32} contacts={=u16} presses={=u16}"
+                (torque_factor: f32, torque_factor_sigma: f32, cable_mrad_per_nm: f32, cable_sigma_mrad_per_nm: f32, correlation: f32, stiffening_per_nm: f32, stiffening_sigma_per_nm: f32, contacts: u16, presses: u16);
             /// A calibration was refused; the one before stands.
             calibration_refused warn "calibration-refused why={=str}" (why: &str);
             /// The sensor of joint 2 gives values outside the joint's range (a wire, a magnet), or works again. Contacts are

@@ -6,7 +6,7 @@
 //! computed with the nominal efficiency*, so that pressing against the closing stop measures it whatever the efficiency is. Friction and
 //! preload of the joints look much like a smaller factor: a pin tells both together, and the next contact is on the same joints.
 
-use serde::{Deserialize, Serialize};
+use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 use super::torque_constant::ConstantShift;
 use crate::numeric::{Bounded, sqrt};
@@ -15,7 +15,8 @@ use crate::numeric::{Bounded, sqrt};
 pub(super) const MIDDLE_NM: f32 = 0.17;
 
 /// Torque factor, cable and torque of the joints with their uncertainty. Plain data, stored unchanged.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, FromBytes, IntoBytes, Immutable)]
+#[repr(C)]
 pub struct Calibration {
     /// f: eta/K_2 divided by its nominal value, > 0.
     pub torque_factor: f32,
@@ -39,9 +40,9 @@ pub struct Calibration {
     /// Correlation of ln f and that torque, -1 to 1.
     pub joint_correlation: f32,
     /// Contacts at known places used.
-    pub contacts: u8,
+    pub contacts: u16,
     /// Presses against the closing stop used.
-    pub presses: u8,
+    pub presses: u16,
 }
 
 impl Calibration {

@@ -9,6 +9,8 @@ use palpate::scene::Scene;
 const HEAD: usize = 5;
 /// The last settings are those of a weight that the scene states. Firmware without one does not have them, this program does.
 const OF_WEIGHT: usize = 2;
+/// Bytes of a setting.
+const VALUE: usize = 4;
 
 /// Reads the record of a scene's firmware and hands it over.
 ///
@@ -20,12 +22,11 @@ pub fn kept<S: Scene, R>(
 ) -> Result<R, RecordError> {
     let mut whole = bytes.to_vec();
     if !<S::Finger as Mechanics>::WEIGHS {
-        // postcard's `Option<f32>`: a byte 1 and the value's four bytes, or a byte 0.
-        let end = (0..Setting::ALL.len() - OF_WEIGHT).fold(HEAD, |at, _| {
-            at + if bytes.get(at) == Some(&1) { 5 } else { 1 }
-        });
+        let end = HEAD + VALUE * (Setting::ALL.len() - OF_WEIGHT);
         if end <= whole.len() {
-            whole.splice(end..end, [0; OF_WEIGHT]);
+            // A missing value is infinite.
+            let missing = [f32::INFINITY.to_le_bytes(); OF_WEIGHT];
+            whole.splice(end..end, missing.concat());
         }
     }
     Record::decode::<true, _>(&whole, scene_id::<S>(), take)
@@ -55,9 +56,9 @@ mod tests {
         set.set(Setting::ClosingSpeed, 0.2).expect("in range");
         set.set(Setting::SupplyMax, 13.0).expect("in range");
         let mut bytes = written::<P70>(&set);
-        // Two settings were set: four bytes more each. The chip's firmware ends with them.
-        let end = HEAD + Setting::ALL.len() + 8;
-        assert_eq!(bytes.drain(end - OF_WEIGHT..end).as_slice(), [0, 0]);
+        // The chip's firmware ends with the settings before.
+        let end = HEAD + VALUE * Setting::ALL.len();
+        bytes.drain(end - VALUE * OF_WEIGHT..end);
         let read = kept::<P70, _>(&bytes, |record| (*record.overrides, *record.calibration));
         assert_eq!(read, Ok((set, P70::UNCALIBRATED)));
         // Pieces that are missing are no record.

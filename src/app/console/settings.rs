@@ -5,8 +5,7 @@
 
 use core::fmt;
 
-use serde::{Deserialize, Serialize};
-use serde_big_array::BigArray;
+use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 use super::text::{Decimal, same};
 use crate::name_list::nth;
@@ -147,17 +146,29 @@ impl Range {
 }
 
 /// The values that a user has set; what is not set keeps the scene's default.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, FromBytes, IntoBytes, Immutable)]
+#[repr(C)]
 pub struct Overrides {
-    /// In the order of [`Setting::ALL`].
-    #[serde(with = "BigArray")]
-    values_si: [Option<f32>; Setting::ALL.len()],
+    /// In the order of [`Setting::ALL`], [`UNSET`] where none was set.
+    values_si: [f32; Setting::ALL.len()],
+}
+
+/// In no range.
+const UNSET: f32 = f32::INFINITY;
+
+impl Default for Overrides {
+    fn default() -> Self {
+        Self {
+            values_si: [UNSET; Setting::ALL.len()],
+        }
+    }
 }
 
 impl Overrides {
     /// The value in SI units where one was set.
     pub fn get(&self, setting: Setting) -> Option<f32> {
-        self.values_si.get(setting as usize).copied().flatten()
+        let value = self.values_si.get(setting as usize).copied();
+        value.filter(|value| *value < UNSET)
     }
 
     /// Sets a value in SI units.
@@ -170,7 +181,7 @@ impl Overrides {
             return Err(range);
         }
         if let Some(value) = self.values_si.get_mut(setting as usize) {
-            *value = Some(value_si);
+            *value = value_si;
         }
         Ok(())
     }
@@ -178,7 +189,7 @@ impl Overrides {
     /// Whether every value lies in its range, as it must after it was read from a memory.
     pub fn is_valid(&self) -> bool {
         (RANGES.iter().zip(&self.values_si))
-            .all(|(range, value)| value.is_none_or(|value| range.contains_si(value)))
+            .all(|(range, &value)| value == UNSET || range.contains_si(value))
     }
 }
 

@@ -84,7 +84,7 @@ pub struct Coordinator<S: Scene> {
 
 impl<S: Scene> Coordinator<S> {
     /// A sequence at rest, with what the user has set. Where no press has told the cable yet, the first recording leads to one.
-    pub fn new(overrides: Overrides, presses: u8) -> Self {
+    pub fn new(overrides: Overrides, presses: u16) -> Self {
         let mut sequence = Sequence::new(motion::<S>(&overrides), *S::CHECKED.scale());
         sequence.set_press(S::Series::FLEXIBLE && presses == 0);
         Self {

@@ -106,7 +106,7 @@ mod tests {
     use super::*;
     use crate::scene::P70;
 
-    fn known(presses: u8, contacts: u8) -> Calibration {
+    fn known(presses: u16, contacts: u16) -> Calibration {
         Calibration {
             presses,
             contacts,
@@ -118,7 +118,7 @@ mod tests {
         Hint::after::<P70>(&event, known, &P70::MECHANISM)
     }
 
-    fn calibrated(presses: u8, contacts: u8) -> Option<Hint> {
+    fn calibrated(presses: u16, contacts: u16) -> Option<Hint> {
         let calibration = known(presses, contacts);
         after(Event::Calibrated { calibration }, &calibration)
     }

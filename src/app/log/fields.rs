@@ -43,7 +43,7 @@ macro_rules! counts {
         })*
     };
 }
-counts!(u8 i8 u32 i32 u64);
+counts!(u8 i8 u16 u32 i32 u64);
 
 /// A log that calls a function with every line and its values, in the order of the line's keys.
 pub struct Fields<F>(pub F);

@@ -4,8 +4,7 @@
 //! All is kept in one record, so that a save either happened or did not: no mix of old and new can be read back. Where it
 //! is kept, how damage is noticed and wear is levelled, is the [store](super::store)'s task.
 
-use postcard::ser_flavors::Flavor;
-use serde::{Deserialize, Serialize};
+use zerocopy::{FromBytes, IntoBytes};
 
 use super::store::CHECKSUM;
 use crate::app::console::settings::Overrides;
@@ -14,13 +13,12 @@ use crate::scene::Scene;
 use crate::sensing::{Calibration, Friction};
 
 /// Layout of the record. Raise it whenever what is kept changes its meaning or its shape.
-pub const VERSION: u8 = 11;
+pub const VERSION: u8 = 12;
 
-/// What was identified as it is stored: numbers of four bytes.
 const IDENTIFIED_BYTES: usize = size_of::<Identified>();
 
 /// Settings, calibration and friction record, borrowed: together they are long, and each move would be a copy on the stack.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Record<'a> {
     /// What the user has set.
     pub overrides: &'a Overrides,
@@ -29,7 +27,6 @@ pub struct Record<'a> {
     /// The friction record.
     pub friction: Option<&'a Friction>,
     /// What was identified of the motor; a record ends before it where nothing was.
-    #[serde(skip)]
     pub identified: Option<&'a Identified>,
 }
 
@@ -62,15 +59,20 @@ impl RecordError {
 }
 
 impl Record<'_> {
-    /// Writes the record, byte by byte.
+    /// Writes the record, byte by byte: numbers as the chip has them, the least byte first.
     pub fn encode(&self, scene: u32, mut put: impl FnMut(u8)) {
-        let mut bytes = Bytes(&mut put);
-        bytes.put(&[VERSION]);
-        bytes.put(&scene.to_le_bytes());
-        // None of the types is of unknown length, and `put` takes every byte: nothing can fail.
-        let _ = postcard::serialize_with_flavor(self, Bytes(&mut put));
-        if let Some(identified) = self.identified {
-            let _ = postcard::serialize_with_flavor(identified, Bytes(&mut put));
+        let friction = self.friction.map_or::<&[u8], _>(&[], IntoBytes::as_bytes);
+        let parts: [&[u8]; 7] = [
+            &[VERSION],
+            scene.as_bytes(),
+            self.overrides.as_bytes(),
+            self.calibration.as_bytes(),
+            &[u8::from(self.friction.is_some())],
+            friction,
+            self.identified.map_or::<&[u8], _>(&[], IntoBytes::as_bytes),
+        ];
+        for byte in parts.into_iter().flatten() {
+            put(*byte);
         }
     }
 
@@ -95,7 +97,14 @@ impl Record<'_> {
         // One after the other, as they were written: the friction record stays where it was read to.
         let (overrides, bytes) = next(bytes)?;
         let (calibration, bytes) = next(bytes)?;
-        let (friction, bytes) = &next::<Option<Friction>>(bytes)?;
+        let (friction, bytes) = match bytes.split_first() {
+            Some((0, bytes)) => (&None, bytes),
+            Some((1, bytes)) => {
+                let (friction, bytes) = next::<Friction>(bytes)?;
+                (&Some(friction), bytes)
+            }
+            _ => return Err(RecordError::Damaged),
+        };
         let identified = match bytes.len() {
             0 => None,
             IDENTIFIED_BYTES if IDENTIFIED => {
@@ -130,37 +139,8 @@ impl Record<'_> {
 }
 
 /// A part of a record, and the bytes behind it.
-fn next<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Result<(T, &'a [u8]), RecordError> {
-    postcard::take_from_bytes(bytes).map_err(|_| RecordError::Damaged)
-}
-
-/// Takes the serialized bytes one by one.
-struct Bytes<'a>(&'a mut dyn FnMut(u8));
-
-impl Bytes<'_> {
-    // Not inlined: wanted for every field, of which there are some thirty.
-    #[inline(never)]
-    fn put(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|byte| (self.0)(*byte));
-    }
-}
-
-impl Flavor for Bytes<'_> {
-    type Output = ();
-
-    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
-        self.put(&[byte]);
-        Ok(())
-    }
-
-    fn try_extend(&mut self, bytes: &[u8]) -> postcard::Result<()> {
-        self.put(bytes);
-        Ok(())
-    }
-
-    fn finalize(self) -> postcard::Result<()> {
-        Ok(())
-    }
+fn next<T: FromBytes>(bytes: &[u8]) -> Result<(T, &[u8]), RecordError> {
+    T::read_from_prefix(bytes).map_err(|_| RecordError::Damaged)
 }
 
 /// ID of a scene: its name and every number that a friction record or a calibration depends on. A firmware that was built for

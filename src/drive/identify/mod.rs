@@ -10,7 +10,7 @@ mod procedure;
 #[cfg(test)]
 mod tests;
 
-use serde::{Deserialize, Serialize};
+use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 pub use procedure::{FREE_WAY_RAD, Identification, NotIdentified, Step};
 
@@ -41,7 +41,8 @@ impl Quantity {
 }
 
 /// A measured value, SI units.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, FromBytes, IntoBytes, Immutable)]
+#[repr(C)]
 pub struct Estimate {
     /// The value.
     pub value: f32,
@@ -51,7 +52,8 @@ pub struct Estimate {
 }
 
 /// What an identification found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, FromBytes, IntoBytes, Immutable)]
+#[repr(C)]
 pub struct Identified {
     /// One of each [`Quantity`].
     pub estimates: [Estimate; Quantity::ALL.len()],

@@ -1,20 +1,18 @@
 //! Means over the bins that divide the travel, with the number of measurements in each.
 
-use serde::{Deserialize, Serialize};
-use serde_big_array::BigArray;
+use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 /// Number of bins over the travel. Each is a whole number of motor turns wide: at 1.5 rad three turns, 1/21 of a turn of the
 /// worm.
 pub const BINS: usize = 128;
 
 /// Means, bin by bin.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, FromBytes, IntoBytes, Immutable)]
+#[repr(C)]
 pub struct Bins {
     /// Mean in each bin.
-    #[serde(with = "BigArray")]
     pub mean: [f32; BINS],
     /// Number of measurements in each; 0 marks a bin without a value.
-    #[serde(with = "BigArray")]
     pub count: [u8; BINS],
 }
 

@@ -5,8 +5,7 @@ use super::harmonics::{self, HARMONICS};
 use super::wander::{Evidence, Wander};
 use crate::numeric::{Bounded, dot, sin_cos, sqrt};
 use crate::sensing::Drivetrain;
-use serde::{Deserialize, Serialize};
-use serde_big_array::BigArray;
+use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 /// Half the width over which the curve is smoothed, radian. Faster changes are noise, or belong to the worm, which has terms of
 /// its own.
@@ -19,7 +18,8 @@ const SINGULAR: f32 = 1e-6;
 
 /// Free motion as it was recorded: friction torque of the motor, the free torque of the finger included, over the angle of
 /// the input link. Plain data: valid after a restart with another zero, once aligned.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, FromBytes, IntoBytes, Immutable)]
+#[repr(C)]
 pub struct Friction {
     /// Recorded travel, counts from the opening stop.
     pub travel_counts: i32,
@@ -34,7 +34,6 @@ pub struct Friction {
     /// Torque while closing, newton metre, without the worm's harmonics; a bin counts its passes.
     pub closing_nm: Bins,
     /// The worm's harmonics: amplitudes of cosine and sine of its angle and of multiples of it, newton metre.
-    #[serde(with = "BigArray")]
     pub worm_nm: [f32; 2 * HARMONICS],
     /// Mean torque while opening, newton metre, negative; 0 before it is known.
     pub opening_nm: f32,

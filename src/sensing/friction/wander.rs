@@ -6,9 +6,8 @@
 //! which the wander grows well and its time constant hardly at all; the detection of a contact needs only the rate.
 
 use crate::numeric::{Bounded, exp, sqrt};
-use serde::{Deserialize, Serialize};
 // serde-big-array reads in a loop; serde's own arrays would be read element by element, which costs flash.
-use serde_big_array::BigArray;
+use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 /// Rates of growth in the grid.
 pub const RATES: usize = 8;
@@ -61,10 +60,10 @@ impl Hypothesis {
 }
 
 /// Evidence from free motion on the wander: logarithms of the likelihood over the grid.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, FromBytes, IntoBytes, Immutable)]
+#[repr(C)]
 pub struct Evidence {
     /// Logarithm of the likelihood of each point but for a constant, the time constants one after the other.
-    #[serde(with = "BigArray")]
     pub ln_likelihood: [f32; RATES * TIMES],
 }
 
