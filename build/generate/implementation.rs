@@ -188,6 +188,7 @@ fn uncalibrated(scene: &Scene) -> String {
         joint_nm: 0.0,
         joint_sigma_nm: 0.0,
         joint_correlation: 0.0,
+        worm_rad: [0.0; 2],
         contacts: 0,
         presses: 0,
     }};\n",

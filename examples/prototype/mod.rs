@@ -42,6 +42,7 @@ pub const UNCALIBRATED: Calibration = Calibration {
     joint_nm: 0.0,
     joint_sigma_nm: 0.0,
     joint_correlation: 0.0,
+    worm_rad: [0.0; 2],
     contacts: 0,
     presses: 0,
 };

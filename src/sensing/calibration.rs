@@ -39,6 +39,9 @@ pub struct Calibration {
     pub joint_sigma_nm: f32,
     /// Correlation of ln f and that torque, -1 to 1.
     pub joint_correlation: f32,
+    /// Error of the measured angle over a turn of the worm by pins, radian: amplitudes of the cosine and the sine of the worm's angle,
+    /// which is 0 where the input link's is; 0 before a pin.
+    pub worm_rad: [f32; 2],
     /// Contacts at known places used.
     pub contacts: u16,
     /// Presses against the closing stop used.
@@ -56,7 +59,14 @@ impl Calibration {
             self.stiffening_sigma_per_nm,
             self.joint_sigma_nm,
         ];
-        let signed = [self.correlation, self.joint_correlation, self.joint_nm];
+        let [cosine_rad, sine_rad] = self.worm_rad;
+        let signed = [
+            self.correlation,
+            self.joint_correlation,
+            self.joint_nm,
+            cosine_rad,
+            sine_rad,
+        ];
         (0.05..=20.0).contains(&self.torque_factor)
             && sizes.iter().all(|size| (0.0..=100.0).contains(size))
             && signed.iter().all(|value| (-1.0..=1.0).contains(value))

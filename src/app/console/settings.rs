@@ -255,7 +255,7 @@ mod tests {
     fn a_value_from_a_damaged_memory_is_noticed() {
         let mut overrides = Overrides::default();
         assert!(overrides.is_valid());
-        overrides.values_si[Setting::Efficiency as usize] = Some(f32::NAN);
+        overrides.values_si[Setting::Efficiency as usize] = f32::NAN;
         assert!(!overrides.is_valid());
     }
 }

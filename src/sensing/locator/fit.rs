@@ -75,6 +75,8 @@ pub(super) struct Fit<F: Mechanics, X: SeriesElement> {
     cost: f32,
     chi_square: f32,
     leaves: bool,
+    /// See [`Calibration::worm_rad`](crate::sensing::Calibration::worm_rad).
+    worm_rad: [f32; 2],
     normal: Normal<UNKNOWNS, Of<F, X>>,
     damping: f32,
     passes: u8,
@@ -107,6 +109,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             cost: f32::INFINITY,
             chi_square: f32::INFINITY,
             leaves: false,
+            worm_rad: [0.0; 2],
             normal: Normal::EMPTY,
             damping: 0.0,
             gives: false,
@@ -169,6 +172,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
                 self.chi_square = pass.squares;
                 self.leaves = pass.model.has_ended();
                 self.normal = pass.normal;
+                self.worm_rad = pass.whitening.worm_rad();
                 self.damping *= 0.2;
                 if self.damping < 1e-3 {
                     self.damping = 0.0;

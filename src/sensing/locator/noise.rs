@@ -6,7 +6,8 @@
 //! - the wander of friction, an Ornstein-Uhlenbeck process of time;
 //! - a share of the load, because the gears' efficiency changes with the turn of the worm: a wave of that period whose size
 //!   and phase are not known, and what is left of it, correlated over a third of a turn;
-//! - an error of the angle over that turn, where a scene states one (docs/SENSING.md#transmission-error), as part of the wave;
+//! - an error of the angle over that turn (docs/SENSING.md#transmission-error): what pins have told of it is taken off, what a scene states,
+//!   or what is doubted at a pin, is part of the wave;
 //! - white noise: that of the blocks, of the impact of the contact, and of the load.
 //!
 //! The filter predicts this sum from the previous points; the innovations are independent. The derivatives of the model go
@@ -83,6 +84,12 @@ pub(super) struct Row {
 pub(super) struct Whitening {
     noise: Noise,
     worm_per_count: f32,
+    /// Turns of the worm at the curve's origin, from where the angle is 0.
+    origin_turns: f32,
+    /// See [`Calibration::worm_rad`](crate::sensing::Calibration::worm_rad).
+    known_rad: [f32; 2],
+    /// Error of the angle that the wave's states stand for at the last point, radian.
+    error_by_wave_rad: f32,
     variance: [[f32; STATES]; STATES],
     residual: [f32; STATES],
     slopes: [[f32; STATES]; UNKNOWNS],
@@ -91,7 +98,13 @@ pub(super) struct Whitening {
 }
 
 impl Whitening {
-    pub(super) fn new(noise: &Noise, drivetrain: &Drivetrain) -> Self {
+    /// For a curve from an origin, with what is known of the worm's error.
+    pub(super) fn new(
+        noise: &Noise,
+        drivetrain: &Drivetrain,
+        origin_rad: f32,
+        known_rad: [f32; 2],
+    ) -> Self {
         let mut variance = [[0.0; STATES]; STATES];
         let wave = 0.5 * WAVE_SHARE * WAVE_SHARE;
         variance[LEVEL][LEVEL] = noise.level_nm * noise.level_nm;
@@ -101,13 +114,17 @@ impl Whitening {
         variance[SINE][SINE] = wave;
         variance[REST][REST] = REST_SHARE * REST_SHARE;
         let worm_counts = drivetrain.counts_per_worm_turn;
+        let worm_per_count = if worm_counts == 0 {
+            0.0
+        } else {
+            1.0 / worm_counts as f32
+        };
         Self {
             noise: *noise,
-            worm_per_count: if worm_counts == 0 {
-                0.0
-            } else {
-                1.0 / worm_counts as f32
-            },
+            worm_per_count,
+            origin_turns: origin_rad / drivetrain.rad_per_count * worm_per_count,
+            known_rad,
+            error_by_wave_rad: 0.0,
             variance,
             residual: [0.0; STATES],
             slopes: [[0.0; STATES]; UNKNOWNS],
@@ -118,7 +135,7 @@ impl Whitening {
     /// Subtracts the prediction of earlier points from a row, whose first `unknowns` slopes are used, and updates the states with the
     /// innovation; `past_rad` is the angle from the onset to the end of the point.
     pub(super) fn whiten(&mut self, point: &Point, past_rad: f32, unknowns: usize, row: &mut Row) {
-        let turns = point.counts * self.worm_per_count;
+        let turns = self.origin_turns + point.counts * self.worm_per_count;
         if let Some((time_s, before)) = self.before.replace((point.time_s, turns)) {
             let fading = exp((time_s - point.time_s) / self.noise.wander_s);
             self.fade(WANDER, fading, self.noise.wander_nm * self.noise.wander_nm);
@@ -130,6 +147,12 @@ impl Whitening {
         // wave: two more states would cost a third more in each point.
         let wave = waves_nm(load, self.noise.worm_error_rad, row.nm_per_rad);
         let (sin, cos) = sin_cos(TAU * (turns - (turns as i32) as f32));
+        let [cosine_rad, sine_rad] = self.known_rad;
+        row.residual -= row.nm_per_rad * (cosine_rad * cos + sine_rad * sin);
+        // The error's part of the wave, by its part of the variance.
+        let scale_rad = self.noise.worm_error_rad / WAVE_SHARE;
+        self.error_by_wave_rad =
+            scale_rad * scale_rad * row.nm_per_rad / wave.at_least(f32::MIN_POSITIVE);
         let seen = [1.0, point.time_s, 1.0, wave * cos, wave * sin, load];
         let impact = IMPACT_NM_S_PER_RAD * self.noise.speed_rad_per_s * self.bounce(past_rad);
         let white = WHITE_SHARE * load;
@@ -151,6 +174,16 @@ impl Whitening {
         for (state, slope) in self.slopes.iter_mut().zip(&mut row.slopes).take(unknowns) {
             *slope = update(state, *slope, &seen, &gain);
         }
+    }
+
+    /// Error of the angle over a turn of the worm, radian, by the points so far ([`Calibration::worm_rad`](crate::sensing::Calibration)).
+    // By the load and stiffness of the last point: the states that would keep error and efficiency apart cost a third more in each point.
+    pub(super) fn worm_rad(&self) -> [f32; 2] {
+        let [cosine_rad, sine_rad] = self.known_rad;
+        [
+            cosine_rad + self.error_by_wave_rad * self.residual[COSINE],
+            sine_rad + self.error_by_wave_rad * self.residual[SINE],
+        ]
     }
 
     /// Share of the impact that remains at an angle beyond the onset, 0 to 1.
@@ -213,156 +246,4 @@ fn update(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::numeric::ln;
-    use crate::scene::{P70, Scene};
-    use nalgebra::{DMatrix, DVector};
-
-    const NOISE: Noise = Noise {
-        wander_nm: 0.6e-3,
-        wander_s: 2.0,
-        level_nm: 1.5e-3,
-        trend_nm_per_s: 4e-4,
-        speed_rad_per_s: 0.3,
-        worm_error_rad: 0.0,
-    };
-    /// Angle between points, radian.
-    const STEP_RAD: f32 = 0.011;
-
-    /// Points of a contact that stiffens, with their residuals.
-    fn rows(drivetrain: &Drivetrain) -> Vec<(Point, Row)> {
-        (0..40u8)
-            .map(|i| {
-                let along = f32::from(i);
-                let point = Point {
-                    counts: along * STEP_RAD / drivetrain.rad_per_count,
-                    time_s: along * STEP_RAD / NOISE.speed_rad_per_s,
-                    excess_nm: 4e-3 * along + 1e-4 * along * along,
-                    variance_nm2: 1e-8,
-                    blocks: 3,
-                    ..Point::EMPTY
-                };
-                let row = Row {
-                    residual: 2e-3 * (0.7 * along).sin() + 1e-3 * (0.1 * along * along).cos(),
-                    slopes: [0.0; UNKNOWNS],
-                    variance: 2e-8,
-                    nm_per_rad: -(0.2 + 0.02 * along),
-                };
-                (point, row)
-            })
-            .collect()
-    }
-
-    /// Covariance of the residuals of these points, by the definition of the noise, f64.
-    fn covariance(noise: &Noise, drivetrain: &Drivetrain) -> DMatrix<f64> {
-        let rows = rows(drivetrain);
-        let square = |x: f32| f64::from(x) * f64::from(x);
-        let turn =
-            |point: &Point| f64::from(point.counts) / f64::from(drivetrain.counts_per_worm_turn);
-        DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
-            let ((a, left), (b, right)) = (&rows[i], &rows[j]);
-            let [load_a, load_b] = [a, b].map(|point| f64::from(point.excess_nm));
-            let apart_s = f64::from((a.time_s - b.time_s).abs());
-            let turns = turn(a) - turn(b);
-            let in_phase = (core::f64::consts::TAU * turns).cos();
-            // One wave of efficiency and angle error.
-            let size = |of: &Row, load: f64| {
-                let error = square(noise.worm_error_rad) * square(of.nm_per_rad);
-                (square(WAVE_SHARE) * load * load + error).sqrt()
-            };
-            let wave = 0.5 * size(left, load_a) * size(right, load_b);
-            let rest =
-                square(REST_SHARE) * load_a * load_b * (-turns.abs() / f64::from(REST_TURNS)).exp();
-            let white = if i == j {
-                let past_rad = a.counts * drivetrain.rad_per_count;
-                let bounce = f64::from(-past_rad / (noise.speed_rad_per_s * IMPACT_S)).exp();
-                f64::from(left.variance + a.variance_nm2)
-                    + square(WHITE_SHARE) * load_a * load_a / f64::from(a.blocks)
-                    + square(IMPACT_NM_S_PER_RAD * noise.speed_rad_per_s) * bounce * bounce
-            } else {
-                0.0
-            };
-            square(noise.level_nm)
-                + square(noise.trend_nm_per_s) * f64::from(a.time_s * b.time_s)
-                + square(noise.wander_nm) * (-apart_s / f64::from(noise.wander_s)).exp()
-                + wave * in_phase
-                + rest
-                + white
-        })
-    }
-
-    /// Sum of the squared innovations over their variances, and of the logarithms of these.
-    fn whitened(noise: &Noise, drivetrain: &Drivetrain) -> [f64; 2] {
-        let mut whitening = Whitening::new(noise, drivetrain);
-        let mut sums = [0.0; 2];
-        for (point, mut row) in rows(drivetrain) {
-            let past_rad = point.counts * drivetrain.rad_per_count;
-            whitening.whiten(&point, past_rad, 0, &mut row);
-            sums[0] += f64::from(row.residual * row.residual / row.variance);
-            sums[1] += f64::from(ln(row.variance));
-        }
-        sums
-    }
-
-    #[test]
-    fn innovations_are_as_likely_as_the_residuals_by_their_whole_covariance() {
-        let drivetrain = P70::drivetrain(&P70::MECHANISM);
-        let residuals = rows(&drivetrain).into_iter();
-        let residuals = DVector::from_iterator(40, residuals.map(|(_, row)| row.residual.into()));
-        let mut logarithms = Vec::new();
-        for worm_error_rad in [0.0, 1e-3, 4e-3] {
-            let noise = Noise {
-                worm_error_rad,
-                ..NOISE
-            };
-            let [squares, logarithm] = whitened(&noise, &drivetrain);
-            let factor = covariance(&noise, &drivetrain)
-                .cholesky()
-                .expect("a covariance");
-            let expected = residuals.dot(&factor.solve(&residuals));
-            assert!(
-                (squares / expected - 1.0).abs() < 2e-3,
-                "{worm_error_rad}: {squares} {expected}"
-            );
-            let expected = 2.0 * factor.l_dirty().diagonal().map(f64::ln).sum();
-            assert!(
-                (logarithm - expected).abs() < 0.02,
-                "{worm_error_rad}: {logarithm} {expected}"
-            );
-            logarithms.push(logarithm);
-        }
-        // An error that is stated is more noise.
-        assert!(logarithms.is_sorted() && logarithms[2] > logarithms[0] + 1.0);
-    }
-
-    /// Where the load is small a stiff finger shows the error of the angle all the same, a soft one does not.
-    #[test]
-    fn an_error_of_the_angle_counts_with_the_stiffness() {
-        let drivetrain = P70::drivetrain(&P70::MECHANISM);
-        let variance = |worm_error_rad: f32, nm_per_rad: f32| {
-            let noise = Noise {
-                worm_error_rad,
-                ..NOISE
-            };
-            let point = Point {
-                blocks: 1,
-                ..Point::EMPTY
-            };
-            let mut row = Row {
-                residual: 0.0,
-                slopes: [0.0; UNKNOWNS],
-                variance: 0.0,
-                nm_per_rad,
-            };
-            Whitening::new(&noise, &drivetrain).whiten(&point, 1.0, 0, &mut row);
-            row.variance
-        };
-        let none = variance(0.0, 1.0);
-        for nm_per_rad in [0.2f32, 1.0] {
-            let more = variance(2e-3, nm_per_rad) - none;
-            let expected = 0.5 * (2e-3 * nm_per_rad) * (2e-3 * nm_per_rad);
-            assert!((more / expected - 1.0).abs() < 1e-2, "{more} {expected}");
-        }
-    }
-}
+mod tests;

@@ -9,6 +9,7 @@ use core::marker::PhantomData;
 
 mod lost;
 mod rivals;
+mod worm;
 
 const ONSET_RAD: f32 = 0.8;
 
@@ -39,6 +40,7 @@ pub(super) fn prior_of<X: SeriesElement>() -> Prior<X> {
             joint_nm: 0.0,
             joint_sigma_nm: 0.0,
             joint_correlation: 0.0,
+            worm_rad: [0.0; 2],
             contacts: 2,
             presses: 1,
         },
@@ -356,6 +358,7 @@ fn a_contact_uses_what_pins_have_told_of_the_joints() {
             joint_nm: 0.0,
             joint_sigma_nm: assumed[1],
             joint_correlation: 0.0,
+            worm_rad: [0.0; 2],
             ..calibration
         });
         assert!(

@@ -68,7 +68,7 @@ mod tests {
         factor: f32,
         grown: f32,
         friction_nm: f32,
-        [presses, contacts]: [u8; 2],
+        [presses, contacts]: [u16; 2],
     ) -> Option<[f32; 2]> {
         let finger = S::MECHANISM;
         let drivetrain = S::drivetrain(&finger);

@@ -134,7 +134,7 @@ impl<F: Mechanics, H: JointSensor, X: SeriesElement> SensorState<F, H, X> {
         let mut noise = collector.noise;
         if let Place::Anywhere = place {
             calibration.correct_constant(&collector.constant);
-        } else if noise.worm_error_rad <= 0.0 {
+        } else if noise.worm_error_rad <= 0.0 && self.drivetrain.counts_per_worm_turn > 0 {
             // An error at a pin biases every place located after it: assume a poor wheel where nobody states the error.
             noise.worm_error_rad = UNSTATED_RAD;
         }

@@ -11,6 +11,7 @@ const START: Calibration = Calibration {
     joint_nm: 0.0,
     joint_sigma_nm: 0.0,
     joint_correlation: 0.0,
+    worm_rad: [0.0; 2],
     contacts: 0,
     presses: 0,
 };
@@ -122,6 +123,7 @@ fn elsewhere_the_factor_is_less_sure_and_the_cable_is_not() {
         joint_nm: 0.0,
         joint_sigma_nm: 0.0,
         joint_correlation: 0.0,
+        worm_rad: [0.0; 2],
         contacts: 1,
         presses: 1,
     };

@@ -74,6 +74,7 @@ pub fn levels() -> Vec<Knowledge> {
         joint_nm: 0.0,
         joint_sigma_nm: 0.0,
         joint_correlation: 0.0,
+        worm_rad: [0.0; 2],
         correlation: 0.0,
         ..sheet
     };

@@ -66,6 +66,7 @@ impl<'a, S: Scene> Ours<'a, S> {
             joint_nm: 0.0,
             joint_sigma_nm: 0.0,
             joint_correlation: 0.0,
+            worm_rad: [0.0; 2],
             presses: 1,
             contacts: 0,
             ..known.sheet

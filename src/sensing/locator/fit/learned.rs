@@ -35,6 +35,7 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             joint_nm: before.joint_nm + values[JOINT] - prior.joint_nm[0],
             joint_sigma_nm,
             joint_correlation,
+            worm_rad: self.worm_rad,
             torque_factor: values[FACTOR],
             // Kept relative to the new value.
             torque_factor_sigma: before.torque_factor_sigma * sqrt(ff) * before.torque_factor

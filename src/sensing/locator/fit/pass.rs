@@ -21,7 +21,7 @@ const fn points_a_step(phalanges: usize) -> usize {
 #[derive(Clone, Debug)]
 pub(super) struct Pass<F: Mechanics, X: SeriesElement> {
     pub(super) model: Model<F, X>,
-    whitening: Whitening,
+    pub(super) whitening: Whitening,
     /// Index of the next point.
     next: usize,
     pub(super) squares: f32,
@@ -66,7 +66,12 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
         }
         self.pass = model.map(|model| Pass {
             model,
-            whitening: Whitening::new(&prior.noise, data.drivetrain),
+            whitening: Whitening::new(
+                &prior.noise,
+                data.drivetrain,
+                data.origin_rad,
+                prior.calibration.worm_rad,
+            ),
             next: 0,
             squares: 0.0,
             logarithms: 0.0,

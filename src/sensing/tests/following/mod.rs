@@ -28,6 +28,7 @@ pub(super) const CALIBRATION: Calibration = Calibration {
     joint_nm: 0.0,
     joint_sigma_nm: 0.0,
     joint_correlation: 0.0,
+    worm_rad: [0.0; 2],
     contacts: 2,
     presses: 1,
 };
