@@ -51,10 +51,11 @@ const REST_CHECKS: u16 = 100;
 struct Persistence(u16);
 
 impl Persistence {
-    /// `true` from the moment the condition has held for more than `limit` checks; a check where it does not hold takes one off.
+    /// `true` from the moment the condition has held for more than `limit` checks; a check where it does not hold takes one off. No more
+    /// are counted than that: what was mended is seen at once, however long it was wrong.
     fn update(&mut self, holds: bool, limit: u16) -> bool {
         self.0 = if holds {
-            self.0.saturating_add(1)
+            self.0.saturating_add(1).min(limit.saturating_add(1))
         } else {
             self.0.saturating_sub(1)
         };
@@ -125,6 +126,8 @@ pub struct Protection {
     contradiction: Persistence,
     rest: u16,
     offset: Persistence,
+    /// By the last check of its slot.
+    offset_is_wrong: bool,
 }
 
 impl Protection {
@@ -150,6 +153,7 @@ impl Protection {
             contradiction: Persistence::default(),
             rest: 0,
             offset: Persistence::default(),
+            offset_is_wrong: false,
         }
     }
 
@@ -161,6 +165,7 @@ impl Protection {
         self.contradiction = Persistence::default();
         self.rest = 0;
         self.offset = Persistence::default();
+        self.offset_is_wrong = false;
     }
 
     /// The most severe fault of this period. `slot` counts the periods, modulo [`SLOTS`].
@@ -168,7 +173,10 @@ impl Protection {
         let slow = match slot {
             0 => self.sense_stuck(inputs.current, observed),
             1 => self.contradiction(observed),
-            OFFSET_SLOT => self.offset(observed),
+            OFFSET_SLOT => {
+                self.offset_is_wrong = self.offset_is_wrong(observed);
+                None
+            }
             _ => None,
         };
         if observed.state == BridgeState::Awake && inputs.bridge_fault {
@@ -207,6 +215,10 @@ impl Protection {
         }
         if observed.hot {
             return Some(Fault::WindingHot);
+        }
+        if self.offset_is_wrong {
+            // In every period, so that whoever asks whether it is still there is told the same in each.
+            return Some(Fault::OffsetOutOfRange);
         }
         slow
     }
@@ -275,8 +287,8 @@ impl Protection {
         })
     }
 
-    /// A reading at rest that is no offset.
-    fn offset(&mut self, observed: &PeriodState) -> Option<Fault> {
+    /// Whether the reading at rest is no offset.
+    fn offset_is_wrong(&mut self, observed: &PeriodState) -> bool {
         let at_rest = observed.applied_v == 0.0 && observed.speed.abs() < 0.1 * TURNING;
         self.rest = if at_rest {
             self.rest.saturating_add(1)
@@ -284,9 +296,7 @@ impl Protection {
             0
         };
         let wrong = self.rest > REST_CHECKS && observed.reading_a.abs() > OFFSET_LIMIT_A;
-        self.offset
-            .update(wrong, REST_CHECKS)
-            .then_some(Fault::OffsetOutOfRange)
+        self.offset.update(wrong, REST_CHECKS)
     }
 }
 

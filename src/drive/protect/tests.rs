@@ -153,3 +153,35 @@ fn a_reading_that_repeats_itself_is_found_sooner_than_one_of_nothing() {
         "{told:?}"
     );
 }
+
+/// Who asks in any period whether it is still there is told the same, and that it is mended as soon as it is.
+#[test]
+fn an_offset_that_is_wrong_shows_in_every_period_until_it_is_mended() {
+    let mut protection = protection(false);
+    let reads = |reading_a: f32| PeriodState {
+        reading_a,
+        state: BridgeState::Asleep,
+        applied_v: 0.0,
+        speed: 0.0,
+        ..healthy()
+    };
+    let wrong = |period: u32| (noisy(period), reads(2.0 * OFFSET_LIMIT_A));
+    let (_, fault) = first(&mut protection, 10_000, wrong).expect("a fault");
+    assert_eq!(fault, Fault::OffsetOutOfRange);
+    for period in 0..10_000 {
+        let (inputs, observed) = wrong(period);
+        let told = protection.check(&inputs, &observed, (period % u32::from(SLOTS)) as u8);
+        assert_eq!(told, Some(Fault::OffsetOutOfRange), "{period}");
+    }
+    for period in 0..3 * u32::from(SLOTS) {
+        let told = protection.check(
+            &noisy(period),
+            &reads(0.0),
+            (period % u32::from(SLOTS)) as u8,
+        );
+        assert!(
+            told.is_none() || period < u32::from(SLOTS),
+            "{period}: {told:?}"
+        );
+    }
+}

@@ -138,6 +138,8 @@ fn a_fault_that_lasted_is_cleared_at_once() {
         simulation.millisecond(None);
     }
     assert_eq!(simulation.sequence.fault(), Some(Fault::OffsetOutOfRange));
+    let refused = simulation.sequence.request(Request::Clear);
+    assert_eq!(refused, Err(Refused::StillThere(Fault::OffsetOutOfRange)));
     simulation.bench.wrong = Defect::Nothing;
     for _ in 0..5 {
         simulation.millisecond(None);
