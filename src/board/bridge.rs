@@ -8,11 +8,11 @@ use embassy_stm32::Peri;
 use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::pac::gpio::Gpio;
 use embassy_stm32::pac::gpio::vals::{Idr, Odr, Pupdr};
-use embassy_stm32::pac::timer::vals::{Bkp, FilterValue, Mms2, Ossi, Ossr};
+use embassy_stm32::pac::timer::vals::{Bkp, FilterValue, Lock, Mms2, Ossi, Ossr};
 use embassy_stm32::pac::{DBGMCU, GPIOA, GPIOB, SYSCFG, TIM1};
 use embassy_stm32::peripherals::{self, PA8, PA9, PB5, PB10};
 use embassy_stm32::timer::low_level::{CountingMode, OutputCompareMode, Timer};
-use embassy_stm32::timer::simple_pwm::PwmPin;
+use embassy_stm32::timer::simple_pwm::{PwmPin, PwmPinConfig};
 use embassy_stm32::timer::{Ch1, Channel};
 
 use palpate::drive::io::{CONTROL_HZ, DUTY_FULL, Direction, Outputs, PWM_HZ};
@@ -107,7 +107,12 @@ impl Bridge {
         timer.set_break_input_pin_enable(true);
         timer.set_break_polarity(Bkp::ACTIVE_LOW);
         timer.set_break_filter(FilterValue::FDTS_DIV16_N8);
-        timer.set_break_enable(true);
+        // By register, as no driver has it: enables the break, and locks that and what becomes of the outputs until the next reset. A store
+        // that went astray could take neither away.
+        TIM1.bdtr().modify(|w| {
+            w.set_bke(0, true);
+            w.set_lock(Lock::LEVEL1);
+        });
         // By register, as no driver has them. A debugger that halts the core stops the timer and with it the outputs.
         DBGMCU.apb2fzr().modify(|w| w.set_tim1(true));
         SYSCFG.cfgr2().modify(|w| {
@@ -115,7 +120,13 @@ impl Bridge {
             w.set_eccl(true);
         });
 
-        let enable = PwmPin::new(pins.enable, OutputType::PushPull);
+        // Slow edges (25 ns, M), as on the other wires to the bridge: fast ones ring on a jumper wire, next to the encoder's and A1.
+        let config = PwmPinConfig {
+            output_type: OutputType::PushPull,
+            speed: Speed::Low,
+            pull: Pull::None,
+        };
+        let enable = PwmPin::new_with_config(pins.enable, config);
         timer.enable_channel(Channel::Ch1, true);
         // Takes over what was written so far.
         timer.generate_update_event();

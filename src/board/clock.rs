@@ -49,7 +49,12 @@ pub enum Source {
 pub fn start() -> Peripherals {
     let mut config = embassy_stm32::Config::default();
     config.rcc.ls = low_speed();
-    embassy_stm32::init(config)
+    let peripherals = embassy_stm32::init(config);
+    // A supply that was away for a moment only may leave the backup domain without its reset and full of chance (errata ES0431), and a clock
+    // driven out on PA2 instead of the serial port. Of its bits the driver, which has just unlocked it, looks at four.
+    RCC.bdcr().write(|w| w.set_bdrst(true));
+    RCC.bdcr().write(|_| {});
+    peripherals
 }
 
 /// The internal oscillator of 32 kHz, for the watchdog alone. The driver's default clocks the RTC with it as well, which nobody

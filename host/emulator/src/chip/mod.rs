@@ -97,7 +97,7 @@ impl Chip {
         let mut chip = Self {
             now: 0,
             core: Core::new(),
-            rcc: rcc::Rcc::new(quirks.crystal_dead),
+            rcc: rcc::Rcc::new(quirks),
             pwr: pwr::Pwr::new(),
             flash: flash::Flash::new(image, quirks),
             ports: std::array::from_fn(gpio::Gpio::new),

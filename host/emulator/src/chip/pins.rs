@@ -62,6 +62,12 @@ impl Chip {
         self.tim1.main_output()
     }
 
+    /// Whether PA2 carries the oscillator of 32 kHz instead of the serial port's answers.
+    #[must_use]
+    pub fn serial_port_is_taken(&self) -> bool {
+        self.rcc.drives_low_speed()
+    }
+
     /// Updates the bridge's inputs and the break input from the pins.
     pub(super) fn apply_pins(&mut self) {
         let (port, number) = NFAULT;

@@ -11,6 +11,8 @@ pub struct Quirks {
     pub fault_pin_held_high: bool,
     /// The crystal does not start.
     pub crystal_dead: bool,
+    /// The backup domain is full of chance after power-on, and drives the oscillator of 32 kHz out on PA2 (errata ES0431).
+    pub stale_backup_domain: bool,
     /// FLASH_SR holds a sequence error after every reset, as seen on this family (RIOT issue 22151).
     pub stale_flash_flags: bool,
     /// ECCR reports a wrong address for a bad double word.
@@ -23,6 +25,7 @@ impl Default for Quirks {
             wake_fault_s: 1e-3,
             fault_pin_held_high: false,
             crystal_dead: false,
+            stale_backup_domain: false,
             stale_flash_flags: false,
             wrong_ecc_address: false,
         }

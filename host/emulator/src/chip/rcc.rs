@@ -2,6 +2,7 @@
 //! RCC: oscillators, clock tree, clock gates, reset causes.
 
 use super::bank::{Bank, Misuse, Register};
+use super::quirks::Quirks;
 use crate::time::{self, Ticks};
 
 const CR: u32 = 0x00;
@@ -45,6 +46,9 @@ const REGISTERS: &[Register] = &[
     (0x9C, "CCIPR2", 0),
 ];
 
+const BDRST: u32 = 1 << 16;
+const LSCOEN: u32 = 1 << 24;
+
 const HSI_HZ: u64 = 16_000_000;
 /// Crystal of the NUCLEO-G431RB.
 const HSE_HZ: u64 = 24_000_000;
@@ -84,15 +88,21 @@ pub(crate) type Gate = (u32, u32);
 pub(crate) struct Rcc {
     bank: Bank,
     crystal_dead: bool,
+    stale_backup_domain: bool,
     /// Period of the bus clock.
     pub(crate) bus: Ticks,
 }
 
 impl Rcc {
-    pub(crate) fn new(crystal_dead: bool) -> Self {
+    pub(crate) fn new(quirks: Quirks) -> Self {
+        let mut bank = Bank::new("RCC", REGISTERS);
+        if quirks.stale_backup_domain {
+            bank[BDCR] = LSCOEN | 1 << 3;
+        }
         Self {
-            bank: Bank::new("RCC", REGISTERS),
-            crystal_dead,
+            bank,
+            crystal_dead: quirks.crystal_dead,
+            stale_backup_domain: quirks.stale_backup_domain,
             bus: time::TICKS_PER_S / HSI_HZ,
         }
     }
@@ -104,14 +114,21 @@ impl Rcc {
         } else {
             self.bank[CSR] & 0xFF00_0000
         };
-        let backup = if cause == ResetCause::PowerOn {
-            0
-        } else {
-            self.bank[BDCR]
-        };
-        *self = Self::new(self.crystal_dead);
+        let backup = self.bank[BDCR];
+        *self = Self::new(Quirks {
+            crystal_dead: self.crystal_dead,
+            stale_backup_domain: self.stale_backup_domain,
+            ..Quirks::default()
+        });
         self.bank[CSR] = flags | cause.flags();
-        self.bank[BDCR] = backup;
+        if cause != ResetCause::PowerOn {
+            self.bank[BDCR] = backup;
+        }
+    }
+
+    /// Whether the oscillator of 32 kHz is driven out on PA2, which no peripheral drives then.
+    pub(crate) fn drives_low_speed(&self) -> bool {
+        self.bank[BDCR] & LSCOEN != 0
     }
 
     pub(crate) fn read(&self, offset: u32) -> Result<u32, Misuse> {
@@ -128,6 +145,8 @@ impl Rcc {
                 let ready = (value >> 8 & 1) << 10 | crystal << 17 | (value >> 24 & 1) << 25;
                 self.bank[CR] = value & !(1 << 10 | 1 << 17 | 1 << 25) | ready;
             }
+            // The reset of the domain leaves nothing but itself.
+            BDCR if value & BDRST != 0 => self.bank[BDCR] = BDRST,
             BDCR => self.bank[BDCR] = value & !2 | (value & 1) << 1,
             CRRCR => self.bank[CRRCR] = value & !2 | (value & 1) << 1,
             CSR => {
@@ -222,7 +241,7 @@ mod tests {
 
     #[test]
     fn runs_at_170_mhz_from_the_crystal() {
-        let mut rcc = Rcc::new(false);
+        let mut rcc = Rcc::new(Quirks::default());
         assert_eq!(rcc.bus, 255);
         rcc.write(CR, 1 << 8 | 1 << 16).unwrap();
         rcc.write(PLLCFGR, 3 | 5 << 4 | 85 << 8 | 1 << 24).unwrap();
@@ -237,12 +256,15 @@ mod tests {
 
     #[test]
     fn the_pll_must_run_before_it_is_selected() {
-        assert!(Rcc::new(false).write(CFGR, 3).is_err());
+        assert!(Rcc::new(Quirks::default()).write(CFGR, 3).is_err());
     }
 
     #[test]
     fn a_dead_crystal_is_never_ready_and_drives_nothing() {
-        let mut rcc = Rcc::new(true);
+        let mut rcc = Rcc::new(Quirks {
+            crystal_dead: true,
+            ..Quirks::default()
+        });
         rcc.write(CR, 1 << 8 | 1 << 16).unwrap();
         assert_eq!(rcc.read(CR).unwrap() >> 17 & 1, 0);
         assert!(rcc.write(CFGR, 2).is_err());
@@ -250,7 +272,7 @@ mod tests {
 
     #[test]
     fn reset_flags_stay_until_removed() {
-        let mut rcc = Rcc::new(false);
+        let mut rcc = Rcc::new(Quirks::default());
         rcc.reset(ResetCause::Watchdog);
         rcc.reset(ResetCause::Software);
         assert_eq!(rcc.read(CSR).unwrap() >> 24, 0b0011_0100);

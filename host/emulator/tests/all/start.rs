@@ -100,6 +100,18 @@ fn flags_that_stand_in_the_flash_controller_after_a_reset_do_not_spoil_the_first
 }
 
 #[test]
+fn a_backup_domain_full_of_chance_does_not_take_the_serial_port() {
+    let Some(firmware) = firmware() else { return };
+    let quirks = Quirks {
+        stale_backup_domain: true,
+        ..Quirks::default()
+    };
+    let mut session = session(&firmware, quirks);
+    assert!(!session.machine.chip().serial_port_is_taken());
+    assert!(moves(&mut session), "{:?}", faults(&session));
+}
+
+#[test]
 fn a_crystal_that_does_not_start_leaves_the_internal_oscillator_and_a_line_in_the_log() {
     let Some(firmware) = firmware() else { return };
     let quirks = Quirks {

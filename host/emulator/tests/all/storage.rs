@@ -198,8 +198,8 @@ fn records_survive_many_saves_with_power_cuts_among_them() {
         random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         let next = f64::from(1 + round % 19);
         board.set(next);
-        // A record of settings alone takes some ten operations: now and then the save is over.
-        let at = board.operations() + (random >> 24) as usize % 12;
+        // A record of settings alone takes some 25 operations: now and then the save is over.
+        let at = board.operations() + (random >> 24) as usize % 30;
         let cut =
             [PowerCut::Before, PowerCut::During, PowerCut::After][(random >> 16) as usize % 3];
         board.machine.cut_power_at(at, cut);
