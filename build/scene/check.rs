@@ -223,25 +223,19 @@ fn motion(scene: &Scene) -> Checked {
 fn voltage(scene: &Scene) -> Checked {
     let of = |key: &str| scene.number(key);
     let most_v = of("limits.duty") * of("limits.supply_max_v");
-    let (free_a, choke_ohm) = (of("motion.free_current_a"), of("motor.choke_ohm"));
-    let told = |range: String| {
-        format!(
-            "{range}: `limits.duty` x `limits.supply_max_v` = {most_v} V cannot turn the motor so fast"
-        )
-    };
-    let resistance_ohm = of("motor.resistance_ohm");
-    let most_ohm = most_v / free_a - choke_ohm;
-    within("motor.resistance_ohm", resistance_ohm, 0.1, most_ohm).map_err(told)?;
-    let speed = of("motion.closing_rad_per_s").max(of("motion.opening_rad_per_s"));
+    let drop_v = of("motion.free_current_a") * (of("motor.resistance_ohm") + of("motor.choke_ohm"));
     let reduction = of("gearhead.ratio") * of("worm.ratio");
-    let left_v = most_v - free_a * (resistance_ohm + choke_ohm);
-    within(
-        "motor.torque_constant_nm_per_a",
-        of("motor.torque_constant_nm_per_a"),
-        1e-4,
-        left_v / (speed * reduction),
-    )
-    .map_err(told)
+    let left_v = (most_v - drop_v).max(0.0);
+    let most_rad_per_s = left_v / (reduction * of("motor.torque_constant_nm_per_a"));
+    for key in ["motion.closing_rad_per_s", "motion.opening_rad_per_s"] {
+        within(key, of(key), 0.0, most_rad_per_s).map_err(|range| {
+            format!(
+                "{range}: of `limits.duty` x `limits.supply_max_v` = {most_v} V, `motion.free_current_a` takes {drop_v:.2} V through \
+                 `motor.resistance_ohm`; the rest turns a motor of this `motor.torque_constant_nm_per_a` no faster"
+            )
+        })?;
+    }
+    Ok(())
 }
 
 /// What follows a first contact takes the object to be rigid.

@@ -167,12 +167,13 @@ fn a_value_out_of_range_is_named_with_its_range() {
         ),
         (
             "motor.torque_constant_nm_per_a = 0.1",
-            "`motor.torque_constant_nm_per_a` = 0.1 is out of range, allowed 0.0001 to 0.015508: `limits.duty` x \
-             `limits.supply_max_v` = 14.25 V cannot turn the motor so fast",
+            "`motion.closing_rad_per_s` = 0.3 is out of range, allowed 0 to 0.093047: of `limits.duty` x `limits.supply_max_v` = \
+             14.25 V, `motion.free_current_a` takes 2.34 V through `motor.resistance_ohm`; the rest turns a motor of this \
+             `motor.torque_constant_nm_per_a` no faster",
         ),
         (
             "motor.resistance_ohm = 400",
-            "`motor.resistance_ohm` = 400 is out of range, allowed 0.1 to 233.5: `limits.duty` x",
+            "`motion.closing_rad_per_s` = 0.3 is out of range, allowed 0 to 0: of `limits.duty` x",
         ),
         (
             "motor.torque_constant_nm_per_a = 1e-3",

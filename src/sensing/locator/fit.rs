@@ -263,10 +263,10 @@ impl<F: Mechanics, X: SeriesElement> Fit<F, X> {
             // Keep a place that the curve hardly tells on its phalanx, and one on the joint, which the verdict does not tell, near it. On
             // phalanx 2 behind a hidden one the verdict does tell it, so it has its own deviation.
             let second = matches!(self.hypothesis.hold, Hold::Contact { phalanx: 2, .. });
-            let joins = F::FIRST_TOUCHING == 1 || !second;
+            let is_untold_at_joint = F::FIRST_TOUCHING == 1 || !second;
             // A pin's place is in deviations from where it is told to be, not a share of the phalanx.
             let is_share = matches!(prior.place, Place::Anywhere);
-            let precision = if joins && is_share && self.x[K] < JOINT_SHARE {
+            let precision = if is_untold_at_joint && is_share && self.x[K] < JOINT_SHARE {
                 1.0 / (JOINT_SHARE * JOINT_SHARE)
             } else {
                 UNIFORM
