@@ -3,6 +3,8 @@
 //! Its two waves are linear unknowns that all curves share, by their angles. With everything else linear about the truth, the evidence for
 //! an amplitude over none, the error of whoever takes it for none, and that of whoever knows how large it is follow in closed form.
 
+mod joined;
+
 use std::f64::consts::TAU;
 
 use nalgebra::{DMatrix, DVector};
@@ -18,11 +20,10 @@ use super::known::{
     BEND, CABLE, Chosen, FRICTION, GIVE, K, Known, ONSET, RADIUS, TURNS, UNIFORM, UNKNOWNS,
 };
 use crate::reference::Curve;
+use joined::{Joined, biased};
 
 /// Amplitudes, radian of the wheel.
 const AMPLITUDES_RAD: [f64; 5] = [0.5e-3, 1e-3, 1.5e-3, 2e-3, 3e-3];
-/// Phases over which the errors of an amplitude are averaged.
-const PHASES: usize = 16;
 
 /// What an error of the worm does to places, and how well it shows; means over contacts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -39,6 +40,11 @@ pub struct Worm {
     pub claimed_pct: f64,
     /// Share of its errors within two of its deviations, percent.
     pub within2_pct: f64,
+    /// Mean error without sign of whoever doubts pins by 1.5 mrad and forgets what they have shown of the waves, and the share of
+    /// its errors within two of its deviations, percent.
+    pub doubted_pct: [f64; 2],
+    /// The same of whoever takes what pins have shown of the waves off the contact, as the firmware does.
+    pub kept_pct: [f64; 2],
     /// Mean error without sign of whoever knows how large it is, as the deviation of both waves, and finds them.
     pub stated_pct: f64,
 }
@@ -47,12 +53,6 @@ pub struct Worm {
 struct Part {
     slopes: DMatrix<f64>,
     waves: DMatrix<f64>,
-}
-
-/// All curves of a finger: derivatives by everything that is not known, of which the prior is 1, and by the waves; and which is the place.
-struct Joined {
-    part: Part,
-    place: usize,
 }
 
 impl Part {
@@ -71,28 +71,6 @@ impl Part {
         let shown = self.shown()? * (0.5 * amplitude_rad * amplitude_rad);
         let ln_determinant = (&shown + DMatrix::identity(2, 2)).determinant().ln();
         Some(0.5 * (shown.trace() - ln_determinant))
-    }
-}
-
-impl Joined {
-    /// Variances of the place, in its prior's: what is claimed without the error, what an error of this amplitude adds to that, and that of
-    /// whoever knows the amplitude.
-    fn variances(&self, amplitude_rad: f64) -> Option<[f64; 3]> {
-        let Part { slopes, waves } = &self.part;
-        let unknowns = slopes.ncols();
-        let waves = waves * (amplitude_rad / 2f64.sqrt());
-        let information = slopes.tr_mul(slopes) + DMatrix::identity(unknowns, unknowns);
-        let covariance = information.try_inverse()?;
-        let moved = (&covariance * slopes.tr_mul(&waves))
-            .row(self.place)
-            .norm_squared();
-        let mut both = DMatrix::zeros(slopes.nrows(), unknowns + 2);
-        both.columns_mut(0, unknowns).copy_from(slopes);
-        both.columns_mut(unknowns, 2).copy_from(&waves);
-        let information = both.tr_mul(&both) + DMatrix::identity(unknowns + 2, unknowns + 2);
-        let knowing = information.try_inverse()?;
-        let at = (self.place, self.place);
-        Some([covariance[at], moved, knowing[at]])
     }
 }
 
@@ -199,7 +177,12 @@ impl Known {
                 first(unknown, curve) == curve && sigma(unknown, curve) > 0.0
             })
             .collect();
-        let points = curves.iter().map(|part| part.slopes.nrows()).sum();
+        let mut points = 0;
+        let ends = curves.iter().map(|part| {
+            points += part.slopes.nrows();
+            points
+        });
+        let ends: Vec<usize> = ends.collect();
         let mut slopes = DMatrix::zeros(points, columns.len());
         let mut waves = DMatrix::zeros(points, 2);
         let mut from = 0;
@@ -216,25 +199,14 @@ impl Known {
         }
         Some(Joined {
             part: Part { slopes, waves },
+            ends,
+            shared: (columns
+                .iter()
+                .map(|&(unknown, of)| of == 0 && first(unknown, pins) == 0))
+            .collect(),
             place: columns.iter().position(|&column| column == (K, pins))?,
         })
     }
-}
-
-/// Normal errors of a deviation about a bias that is a wave of this amplitude with any phase: their mean without sign, in deviations, and
-/// the share of them within two deviations.
-fn biased(amplitude: f64) -> [f64; 2] {
-    let of_phase = |phase: usize| {
-        let bias = amplitude * (TAU * (phase as f64 + 0.5) / PHASES as f64).cos();
-        let mean = (2.0 / std::f64::consts::PI).sqrt() * (-0.5 * bias * bias).exp()
-            + bias * libm::erf(bias / 2f64.sqrt());
-        let below = |x: f64| 0.5 * (1.0 + libm::erf((x - bias) / 2f64.sqrt()));
-        [mean, below(2.0) - below(-2.0)]
-    };
-    let sum = (0..PHASES)
-        .map(of_phase)
-        .fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
-    sum.map(|sum| sum / PHASES as f64)
 }
 
 /// What errors of the worm do to a scene's finger, whose weight is not stated. `None` where the finger cannot make the contacts.
@@ -257,17 +229,24 @@ pub fn worms<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Opt
             unstated_pct: 0.0,
             claimed_pct: 0.0,
             within2_pct: 0.0,
+            doubted_pct: [0.0; 2],
+            kept_pct: [0.0; 2],
             stated_pct: 0.0,
         };
         for one in &all {
             let [claimed, moved, stated] = one.variances(amplitude_rad)?;
             // The variance of a wave is half of its amplitude's square.
-            let [error, within2] = biased((2.0 * moved / claimed).sqrt());
+            let [error, within2] = biased((2.0 * moved / claimed).sqrt(), 2.0);
             let sigma_pct = |variance: f64| 100.0 * UNIFORM * variance.sqrt() / number;
             worm.contact_nats += one.part.nats(amplitude_rad)? / number;
             worm.unstated_pct += error * sigma_pct(claimed);
             worm.claimed_pct += MEAN_SHARE * sigma_pct(claimed);
             worm.within2_pct += 100.0 * within2 / number;
+            for (sum, keeps) in [(&mut worm.doubted_pct, false), (&mut worm.kept_pct, true)] {
+                let [error, within2] = one.judged(keeps)?.errors(amplitude_rad);
+                sum[0] += 100.0 * UNIFORM * error / number;
+                sum[1] += 100.0 * within2 / number;
+            }
             worm.stated_pct += MEAN_SHARE * sigma_pct(stated);
         }
         Some(worm)
@@ -280,17 +259,21 @@ pub fn worms<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Opt
 pub fn markdown(worms: &[Worm]) -> String {
     let mut out = head(
         "error, mrad | a press shows, nats | pins and a contact show, nats | taken for none: error, % | claimed, % | within 2σ, % \
-         | amplitude known: error, %",
+         | pins doubted: error, %; within 2σ, % | and waves kept: error, %; within 2σ, % | amplitude known: error, %",
     );
     for worm in worms {
         out.push_str(&format!(
-            "| {:.1} | {:.2} | {:.2} | {:.2} | {:.2} | {:.0} | {:.2} |\n",
+            "| {:.1} | {:.2} | {:.2} | {:.2} | {:.2} | {:.0} | {:.2}; {:.0} | {:.2}; {:.0} | {:.2} |\n",
             worm.amplitude_mrad,
             worm.press_nats,
             worm.contact_nats,
             worm.unstated_pct,
             worm.claimed_pct,
             worm.within2_pct,
+            worm.doubted_pct[0],
+            worm.doubted_pct[1],
+            worm.kept_pct[0],
+            worm.kept_pct[1],
             worm.stated_pct,
         ));
     }

@@ -122,6 +122,12 @@ fn an_error_of_the_worm_moves_places_before_it_shows() {
     }
     for worm in &worms {
         assert!(worm.claimed_pct < worm.stated_pct && worm.stated_pct < worm.unstated_pct);
+        if worm.amplitude_mrad > 1.0 {
+            // What pins have shown of the waves is worth more than the doubt alone.
+            assert!(worm.kept_pct[0] < 0.95 * worm.doubted_pct[0]);
+            assert!(worm.doubted_pct[0] < worm.unstated_pct);
+            assert!(worm.kept_pct[1] > worm.doubted_pct[1]);
+        }
     }
 }
 
