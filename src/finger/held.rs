@@ -1,11 +1,12 @@
 //! A finger that touches with two phalanges: which one the second is, where, and the forces as far as statics determines them
 //! (docs/SECOND_CONTACTS.md#two-contacts). The questions are the same for two and three phalanges ([`HoldsTwice`]).
 
+use super::statics::rubbing_arms;
 use super::{
     BaseJoint, Configuration, Contact, Finger, Free, JointStep, MAX_PHALANGES, Mechanics, Path,
     Pressed, SecondMeasured, SecondWeights, Transmission,
 };
-use crate::numeric::{Bounded, exp};
+use crate::numeric::{Bounded, dot, exp};
 use core::fmt::Debug;
 
 /// Nearer than this to the closing stop of a joint, radian, a stiffer finger stands at the stop: two deviations of the posture, which is off
@@ -39,6 +40,8 @@ pub struct TwoContacts<C> {
     pub torque_nm: f32,
     /// Change of the joints' angles for a unit of torque from then on, radian per newton metre: zero with two phalanges.
     pub turning_per_nm: [f32; MAX_PHALANGES],
+    /// Distance of the object's centre from the axes of the phalanges, metre.
+    pub off_m: f32,
 }
 
 /// What statics determines of two contacts, at one torque. NaN where it does not.
@@ -169,8 +172,13 @@ pub trait HoldsTwice: Mechanics {
         self.weighed_second(at, first, measured, &weights)
     }
 
-    /// Forces at a torque not much above that of the second contact.
-    fn held_forces(&self, held: &TwoContacts<Self::Configuration>, torque_nm: f32) -> HeldForces;
+    /// Forces at a torque, when the input link has turned by `way_rad` since the second contact, radian, the cable's twist not counted.
+    fn held_forces(
+        &self,
+        held: &TwoContacts<Self::Configuration>,
+        torque_nm: f32,
+        way_rad: f32,
+    ) -> HeldForces;
 }
 
 impl<const N: usize, T: Transmission<N>, B: BaseJoint> Finger<N, T, B> {
@@ -254,10 +262,16 @@ impl<T: Transmission<2>, B: BaseJoint> HoldsTwice for Finger<2, T, B> {
             configuration,
             torque_nm: at.torque_nm + measured.rise_nm,
             turning_per_nm: [0.0; MAX_PHALANGES],
+            off_m: first.radius_m,
         })
     }
 
-    fn held_forces(&self, held: &TwoContacts<Configuration<2>>, torque_nm: f32) -> HeldForces {
+    fn held_forces(
+        &self,
+        held: &TwoContacts<Configuration<2>>,
+        torque_nm: f32,
+        _: f32,
+    ) -> HeldForces {
         let distal = (held.first.phalanx == 2).then_some(held.first.k_m);
         let known = self.held_by_both(&held.configuration, torque_nm, distal);
         known.map_or(HeldForces::UNKNOWN, |known| HeldForces {
@@ -333,10 +347,16 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
             configuration,
             torque_nm: at.torque_nm + measured.rise_nm,
             turning_per_nm,
+            off_m: pressed.off_m(phalanx, k_any_m),
         })
     }
 
-    fn held_forces(&self, held: &TwoContacts<Configuration<3>>, torque_nm: f32) -> HeldForces {
+    fn held_forces(
+        &self,
+        held: &TwoContacts<Configuration<3>>,
+        torque_nm: f32,
+        way_rad: f32,
+    ) -> HeldForces {
         let distal_k_m = if held.first.phalanx == 3 {
             held.first.k_m
         } else if held.phalanx == 3 {
@@ -344,8 +364,16 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
         } else {
             return HeldForces::UNKNOWN;
         };
-        let rise_nm = torque_nm - held.torque_nm;
+        // The finger gives way less and less: take its motion from the way of the input link, but no more than it would give way at first.
+        let gear = self.transmission.factors(&held.configuration);
+        let turned_rad = gear.map_or(0.0, |gear| dot(&gear.x, &held.turning_per_nm));
+        let rise_nm = (way_rad / turned_rad).at_most(torque_nm - held.torque_nm);
         let turned = held.turning_per_nm.map(|turning| turning * rise_nm);
+        // The contact rolls along the phalanx.
+        let half = JointStep::of(turned.map(|turned| 0.5 * turned));
+        let middle = held.configuration.advanced(&half).turn();
+        let slides = rubbing_arms(&self.parameters.lengths_m, &middle, 2, held.off_m);
+        let distal_k_m = distal_k_m + dot(&slides, &turned);
         let at = held.configuration.advanced(&JointStep::of(turned));
         let torques = (self.transmission.factors(&at))
             .and_then(|gear| self.equivalent_torques_nm(&gear, &at, torque_nm));

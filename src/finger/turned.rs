@@ -92,6 +92,16 @@ impl Pressed<3> {
         self.lengths_m.get(index).map_or(k_m, |length| length - k_m)
     }
 
+    /// Distance of the object's centre from the phalanges' axes, metre: that of a cylinder which touches both, where they are side by side.
+    pub(super) fn off_m(&self, phalanx: u8, k_m: f32) -> f32 {
+        let least_m = self.contact.radius_m;
+        self.between_joint(phalanx)
+            .map_or(least_m, |[near_m, half]| {
+                let near_m = 0.5 * (near_m + self.near_joint(phalanx, k_m));
+                (near_m / half).at_least(least_m).at_most(MOST_OFF_M)
+            })
+    }
+
     /// Centre's distance from the axes of a cylinder that touches the phalanx beside the first contact's, as that contact has it,
     /// metre.
     pub(super) fn round_m(&self, phalanx: u8) -> Option<f32> {
@@ -121,12 +131,8 @@ impl<T: Transmission<3>, B: BaseJoint> Finger<3, T, B> {
         let mut held = Held {
             tips: [index(first)?, index(phalanx)?],
             k_m: [pressed.k_now_m, k_m],
-            off_m: pressed.contact.radius_m,
+            off_m: pressed.off_m(phalanx, k_m),
         };
-        if let Some([near_m, half]) = pressed.between_joint(phalanx) {
-            let near_m = 0.5 * (near_m + pressed.near_joint(phalanx, k_m));
-            held.off_m = (near_m / half).at_least(held.off_m).at_most(MOST_OFF_M);
-        }
         let from = Configuration::of(pressed.joints_rad)?;
         let mut at = from;
         let piece_rad = measured.turned_rad / f32::from(PIECES);

@@ -297,7 +297,7 @@ where
             prop_assert!(held.configuration.rad().iter().all(|a| a.is_finite()));
             prop_assert!(held.turning_per_nm.iter().all(|a| a.is_finite()));
             prop_assert!(held.k_m.is_nan() == held.sigma_m.is_nan(), "{held:?}");
-            let _ = finger.held_forces(&held, at(3));
+            let _ = finger.held_forces(&held, at(3), at(2));
         }
     }
     Ok(())

@@ -225,12 +225,18 @@ fn the_second_phalanx_is_named_where_the_stiffness_tells() {
         "{found:?}"
     );
     // Where it began nothing presses yet; later the distal contact does.
-    let begun = finger.held_forces(&found, torque + rise);
-    let later = finger.held_forces(&found, torque + rise + 0.01);
+    let begun = finger.held_forces(&found, torque + rise, 0.0);
+    let later = finger.held_forces(&found, torque + rise + 0.01, 1.0);
+    // The torque rose without a way of the input link: the joints have not moved.
+    let stiff = finger.held_forces(&found, torque + rise + 0.01, 0.0);
     assert!(begun.distal_moment_nm.abs() < 1e-4, "{begun:?}");
     assert!(
         later.distal_moment_nm > 1e-4 && later.distal_force_n > 0.0,
         "{later:?}"
+    );
+    assert!(
+        stiff.distal_moment_nm > later.distal_moment_nm,
+        "{stiff:?} {later:?}"
     );
     // Phalanx 1 recedes from whatever would touch it.
     let without_place = pressed.second_compliance(1, 0.04).expect("stable");

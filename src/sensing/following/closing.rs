@@ -49,6 +49,8 @@ pub(super) struct Closing<C, W> {
     pub(super) first: First,
     pub(super) grip: Grip,
     pub(super) held: Option<TwoContacts<C>>,
+    /// Where it began: measured angle, radian, torque, newton metre, and the cable's compliance there, radian per newton metre.
+    pub(super) corner: [f32; 3],
     /// Where the second contact may be.
     pub(super) weighing: W,
 }
@@ -84,6 +86,7 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
             first: First::Awaited,
             grip: Grip::Single,
             held: None,
+            corner: [0.0; 3],
             weighing: W::default(),
         }
     }
@@ -287,6 +290,10 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
     where
         F: HoldsTwice + Mechanics<Configuration = C>,
     {
+        // The torque factor's deviation is not in it: the cable, which the slope is compared with, is known over the same factor.
+        let own_sigma = self.later.map_or(change.after_sigma_nm_per_rad, |later| {
+            later.sigma_nm_per_rad
+        });
         let Measured {
             change,
             cable: [cable, cable_sigma],
@@ -308,7 +315,11 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
             found => found.and_then(Result::ok),
         };
         // Three have a motion left, unless the stiffness itself says that it is not.
-        let is_enveloped = !F::MOVES_ON || change.is_rigid(cable, 0.0);
+        let own = SlopeChange {
+            after_sigma_nm_per_rad: own_sigma,
+            ..change
+        };
+        let is_enveloped = !F::MOVES_ON || own.is_rigid(cable, 0.0);
         // What has let go since is held no more.
         if self.grip != Grip::Lost {
             self.grip = if is_enveloped {
@@ -317,6 +328,7 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
                 Grip::TwoContacts
             };
             self.held = held;
+            self.corner = [change.theta_a_rad, change.torque_nm, cable];
         }
         let (phalanx, k_m, sigma_m) = held.map_or((0, f32::NAN, f32::NAN), |held| {
             (held.phalanx, held.k_m, held.sigma_m)

@@ -308,7 +308,11 @@ impl<F: HoldsTwice + Clone + Debug> Follow<F> {
         let forces = (closing.held.as_ref()).map_or(HeldForces::UNKNOWN, |held| {
             let factor = sensor.calibration().torque_factor;
             let torque_nm = factor * closing.excess_nm + closing.free_nm;
-            sensor.finger().held_forces(held, torque_nm)
+            let [corner_rad, corner_nm, cable_rad_per_nm] = closing.corner;
+            let twist_rad = cable_rad_per_nm * (torque_nm - corner_nm);
+            let turned_rad = sensor.drivetrain().closing_rad(closing.counts) - corner_rad;
+            let way_rad = (turned_rad - twist_rad).at_least(0.0);
+            sensor.finger().held_forces(held, torque_nm, way_rad)
         });
         let [springs, _] = springs(sensor.calibration(), sensor.settings().force_scale);
         let over = Followed::Grasp {
