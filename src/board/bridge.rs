@@ -107,8 +107,8 @@ impl Bridge {
         timer.set_break_input_pin_enable(true);
         timer.set_break_polarity(Bkp::ACTIVE_LOW);
         timer.set_break_filter(FilterValue::FDTS_DIV16_N8);
-        // By register, as no driver has it: enables the break, and locks that and what becomes of the outputs until the next reset. A store
-        // that went astray could take neither away.
+        // Enable the break and, which no driver does, lock its settings and the outputs' idle levels until the next reset: no stray store can
+        // disable it then.
         TIM1.bdtr().modify(|w| {
             w.set_bke(0, true);
             w.set_lock(Lock::LEVEL1);

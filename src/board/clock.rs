@@ -50,8 +50,8 @@ pub fn start() -> Peripherals {
     let mut config = embassy_stm32::Config::default();
     config.rcc.ls = low_speed();
     let peripherals = embassy_stm32::init(config);
-    // A supply that was away for a moment only may leave the backup domain without its reset and full of chance (errata ES0431), and a clock
-    // driven out on PA2 instead of the serial port. Of its bits the driver, which has just unlocked it, looks at four.
+    // Reset the backup domain: after a short loss of supply it may have missed its own reset and hold random bits (errata ES0431), which can
+    // drive 32 kHz out on PA2 in place of the serial port. The driver has just unlocked it, and checks four of its bits alone.
     RCC.bdcr().write(|w| w.set_bdrst(true));
     RCC.bdcr().write(|_| {});
     peripherals

@@ -217,7 +217,7 @@ impl Protection {
             return Some(Fault::WindingHot);
         }
         if self.offset_is_wrong {
-            // In every period, so that whoever asks whether it is still there is told the same in each.
+            // Report it in every period, not in its slot alone: `clear` asks in any period whether it is still there.
             return Some(Fault::OffsetOutOfRange);
         }
         slow

@@ -364,7 +364,8 @@ impl<T: Transmission<3>, B: BaseJoint> HoldsTwice for Finger<3, T, B> {
         } else {
             return HeldForces::UNKNOWN;
         };
-        // The finger gives way less and less: take its motion from the way of the input link, but no more than it would give way at first.
+        // Derive the motion from the way of the input link, because the compliance falls on the way; the compliance at the second contact
+        // bounds it.
         let gear = self.transmission.factors(&held.configuration);
         let turned_rad = gear.map_or(0.0, |gear| dot(&gear.x, &held.turning_per_nm));
         let rise_nm = (way_rad / turned_rad).at_most(torque_nm - held.torque_nm);

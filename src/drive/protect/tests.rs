@@ -34,11 +34,19 @@ fn first(
     seen: impl Fn(u32) -> (Inputs, PeriodState),
 ) -> Option<(u32, Fault)> {
     (0..periods).find_map(|period| {
-        let (inputs, observed) = seen(period);
-        let slot = period % u32::from(SLOTS);
-        let fault = protection.check(&inputs, &observed, slot as u8)?;
+        let fault = check(protection, period, seen(period))?;
         Some((period, fault))
     })
+}
+
+/// What the checks of one period say.
+fn check(
+    protection: &mut Protection,
+    period: u32,
+    (inputs, observed): (Inputs, PeriodState),
+) -> Option<Fault> {
+    let slot = period % u32::from(SLOTS);
+    protection.check(&inputs, &observed, slot as u8)
 }
 
 fn noisy(period: u32) -> Inputs {
@@ -169,16 +177,11 @@ fn an_offset_that_is_wrong_shows_in_every_period_until_it_is_mended() {
     let (_, fault) = first(&mut protection, 10_000, wrong).expect("a fault");
     assert_eq!(fault, Fault::OffsetOutOfRange);
     for period in 0..10_000 {
-        let (inputs, observed) = wrong(period);
-        let told = protection.check(&inputs, &observed, (period % u32::from(SLOTS)) as u8);
+        let told = check(&mut protection, period, wrong(period));
         assert_eq!(told, Some(Fault::OffsetOutOfRange), "{period}");
     }
     for period in 0..3 * u32::from(SLOTS) {
-        let told = protection.check(
-            &noisy(period),
-            &reads(0.0),
-            (period % u32::from(SLOTS)) as u8,
-        );
+        let told = check(&mut protection, period, (noisy(period), reads(0.0)));
         assert!(
             told.is_none() || period < u32::from(SLOTS),
             "{period}: {told:?}"

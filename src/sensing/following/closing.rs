@@ -290,7 +290,7 @@ impl<C: Copy, W: Weighs<C>> Closing<C, W> {
     where
         F: HoldsTwice + Mechanics<Configuration = C>,
     {
-        // The torque factor's deviation is not in it: the cable, which the slope is compared with, is known over the same factor.
+        // Leave the torque factor's deviation out: slope and cable are divided by the same factor, so it cancels in their comparison.
         let own_sigma = self.later.map_or(change.after_sigma_nm_per_rad, |later| {
             later.sigma_nm_per_rad
         });

@@ -6,7 +6,6 @@
 //! which the wander grows well and its time constant hardly at all; the detection of a contact needs only the rate.
 
 use crate::numeric::{Bounded, exp, sqrt};
-// serde-big-array reads in a loop; serde's own arrays would be read element by element, which costs flash.
 use zerocopy::{FromBytes, Immutable, IntoBytes};
 
 /// Rates of growth in the grid.

@@ -293,6 +293,41 @@ fn what_the_priors_give_way_counts_as_misfit() {
     assert!(!explained(0.4e-3, 0.53));
 }
 
+/// What two pins teach a finger that has been pressed on its stop: `joint_nm` is the prior of its joints after a calibration, `judge` fits
+/// the curve of each pin.
+fn pinned(
+    radius_m: f32,
+    noise: Noise,
+    joint_nm: impl Fn(&mut Calibration) -> [f32; 2],
+    judge: impl Fn(&Prior<Cable>, f32) -> Locator<<P70 as Scene>::Finger, Cable>,
+) -> Calibration {
+    let mut calibration = Calibration {
+        torque_factor_sigma: 0.115,
+        correlation: 0.0,
+        contacts: 0,
+        ..prior().calibration
+    };
+    for k_m in [0.021, 0.052] {
+        let mut before = calibration;
+        let prior = Prior {
+            place: Place::Known {
+                phalanx: 2,
+                k_m,
+                sigma_m: 3e-4,
+                radius_m,
+            },
+            joint_nm: joint_nm(&mut before),
+            calibration: before,
+            noise,
+            ..prior()
+        };
+        let learned = judge(&prior, k_m).learned(&prior).expect("a fit");
+        let taught = calibration.with_contact(&learned.calibration, learned.misfit, learned.strain);
+        calibration = taught.expect("a pin where it is said to be");
+    }
+    calibration
+}
+
 /// What pins tell of the joints belongs to what they tell of the torque factor: one without the other misleads.
 #[test]
 fn a_contact_uses_what_pins_have_told_of_the_joints() {
@@ -310,30 +345,7 @@ fn a_contact_uses_what_pins_have_told_of_the_joints() {
         let data = data(&points, &drivetrain);
         judged(&finger, &data, prior)
     };
-    let mut calibration = Calibration {
-        torque_factor_sigma: 0.115,
-        correlation: 0.0,
-        contacts: 0,
-        ..prior().calibration
-    };
-    for k_m in [0.021, 0.052] {
-        let mut before = calibration;
-        let prior = Prior {
-            place: Place::Known {
-                phalanx: 2,
-                k_m,
-                sigma_m: 3e-4,
-                radius_m,
-            },
-            joint_nm: before.joint(assumed),
-            calibration: before,
-            noise,
-            ..prior()
-        };
-        let learned = found(&prior, k_m).learned(&prior).expect("a fit");
-        let taught = calibration.with_contact(&learned.calibration, learned.misfit, learned.strain);
-        calibration = taught.expect("a pin where it is said to be");
-    }
+    let calibration = pinned(radius_m, noise, |before| before.joint(assumed), found);
     let told_nm = assumed[0] + calibration.joint_nm;
     assert!(
         (told_nm - joint_nm).abs() < 2.0 * calibration.joint_sigma_nm,

@@ -11,7 +11,7 @@ pub struct Quirks {
     pub fault_pin_held_high: bool,
     /// The crystal does not start.
     pub crystal_dead: bool,
-    /// The backup domain is full of chance after power-on, and drives the oscillator of 32 kHz out on PA2 (errata ES0431).
+    /// The backup domain holds random bits after power-on, and drives the oscillator of 32 kHz out on PA2 (errata ES0431).
     pub stale_backup_domain: bool,
     /// FLASH_SR holds a sequence error after every reset, as seen on this family (RIOT issue 22151).
     pub stale_flash_flags: bool,

@@ -87,8 +87,7 @@ pub(crate) type Gate = (u32, u32);
 #[derive(Debug)]
 pub(crate) struct Rcc {
     bank: Bank,
-    crystal_dead: bool,
-    stale_backup_domain: bool,
+    quirks: Quirks,
     /// Period of the bus clock.
     pub(crate) bus: Ticks,
 }
@@ -101,8 +100,7 @@ impl Rcc {
         }
         Self {
             bank,
-            crystal_dead: quirks.crystal_dead,
-            stale_backup_domain: quirks.stale_backup_domain,
+            quirks,
             bus: time::TICKS_PER_S / HSI_HZ,
         }
     }
@@ -115,11 +113,7 @@ impl Rcc {
             self.bank[CSR] & 0xFF00_0000
         };
         let backup = self.bank[BDCR];
-        *self = Self::new(Quirks {
-            crystal_dead: self.crystal_dead,
-            stale_backup_domain: self.stale_backup_domain,
-            ..Quirks::default()
-        });
+        *self = Self::new(self.quirks);
         self.bank[CSR] = flags | cause.flags();
         if cause != ResetCause::PowerOn {
             self.bank[BDCR] = backup;
@@ -141,7 +135,7 @@ impl Rcc {
         match offset {
             // Oscillators are ready immediately or never: start-up times are not modelled.
             CR => {
-                let crystal = u32::from(!self.crystal_dead) & value >> 16;
+                let crystal = u32::from(!self.quirks.crystal_dead) & value >> 16;
                 let ready = (value >> 8 & 1) << 10 | crystal << 17 | (value >> 24 & 1) << 25;
                 self.bank[CR] = value & !(1 << 10 | 1 << 17 | 1 << 25) | ready;
             }

@@ -100,7 +100,7 @@ fn flags_that_stand_in_the_flash_controller_after_a_reset_do_not_spoil_the_first
 }
 
 #[test]
-fn a_backup_domain_full_of_chance_does_not_take_the_serial_port() {
+fn random_bits_in_the_backup_domain_do_not_take_the_serial_port() {
     let Some(firmware) = firmware() else { return };
     let quirks = Quirks {
         stale_backup_domain: true,

@@ -19,6 +19,7 @@ use super::each::{DRAWS, each};
 use super::information::{DIFFERENCE, Pulleys, forget, told};
 use super::known::{Chosen, FACTOR, FRICTION, GIVE, K, Known, ONSET, RADIUS, UNKNOWNS};
 use crate::reference::{Held, State};
+use crate::score::{median, quantile};
 
 /// Fingers and contacts of a set, as in the recordings of another engine (docs/RESULTS.md#recordings-of-another-engine).
 const FINGERS: usize = 6;
@@ -210,13 +211,6 @@ fn root(covariance: &DMatrix<f64>) -> DMatrix<f64> {
     &eigen.eigenvectors * DMatrix::from_diagonal(&sizes) * eigen.eigenvectors.transpose()
 }
 
-/// Median; sorts the values.
-fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    0.5 * (values[(values.len() - 1) / 2] + values[middle])
-}
-
 /// What the data hold of forces on a scene's finger. `None` where the finger cannot make the contacts.
 #[must_use]
 pub fn forces<S: Scene>(
@@ -239,23 +233,22 @@ pub fn forces<S: Scene>(
         let mut medians = Vec::new();
         let mut errors = Vec::new();
         for _ in 0..SETS {
-            let mut set: Vec<f64> = (0..FINGERS)
+            let set: Vec<f64> = (0..FINGERS)
                 .flat_map(|_| known.errors(level, &study, &mut random))
                 .map(|error| 100.0 * error.abs())
                 .collect();
-            medians.push(median(&mut set));
+            medians.push(median(&set)?);
             errors.extend(set);
         }
         let within = medians.iter().filter(|median| **median <= 5.0).count();
-        medians.sort_by(f64::total_cmp);
-        ForceBound {
+        Some(ForceBound {
             known: level.name,
-            median_pct: median(&mut errors),
-            sets_pct: [medians[SETS / 20], medians[SETS - 1 - SETS / 20]],
+            median_pct: median(&errors)?,
+            sets_pct: [quantile(&medians, 0.05)?, quantile(&medians, 0.95)?],
             within_pct: 100.0 * within as f64 / SETS as f64,
-        }
+        })
     };
-    (!all.is_empty()).then(|| LEVELS.iter().enumerate().map(of_level).collect())
+    LEVELS.iter().enumerate().map(of_level).collect()
 }
 
 /// A table for docs/BOUNDS.md.

@@ -214,7 +214,9 @@ impl Known {
 pub fn worms<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Option<Vec<Worm>> {
     let known = Known::of::<S>(parameters);
     let all = each(contacts, seed, DRAWS, |random| {
-        known.joined(&known.drawn(random)?)
+        let joined = known.joined(&known.drawn(random)?)?;
+        let judged = [joined.judged(false)?, joined.judged(true)?];
+        Some((joined, judged))
     });
     if all.is_empty() {
         return None;
@@ -233,7 +235,7 @@ pub fn worms<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Opt
             kept_pct: [0.0; 2],
             stated_pct: 0.0,
         };
-        for one in &all {
+        for (one, [doubted, kept]) in &all {
             let [claimed, moved, stated] = one.variances(amplitude_rad)?;
             // The variance of a wave is half of its amplitude's square.
             let [error, within2] = biased((2.0 * moved / claimed).sqrt(), 2.0);
@@ -242,8 +244,8 @@ pub fn worms<S: Scene>(parameters: &Parameters, contacts: u64, seed: u64) -> Opt
             worm.unstated_pct += error * sigma_pct(claimed);
             worm.claimed_pct += MEAN_SHARE * sigma_pct(claimed);
             worm.within2_pct += 100.0 * within2 / number;
-            for (sum, keeps) in [(&mut worm.doubted_pct, false), (&mut worm.kept_pct, true)] {
-                let [error, within2] = one.judged(keeps)?.errors(amplitude_rad);
+            for (sum, judged) in [(&mut worm.doubted_pct, doubted), (&mut worm.kept_pct, kept)] {
+                let [error, within2] = judged.errors(amplitude_rad);
                 sum[0] += 100.0 * UNIFORM * error / number;
                 sum[1] += 100.0 * within2 / number;
             }

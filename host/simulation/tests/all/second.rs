@@ -217,9 +217,9 @@ fn off<S: Simulated<Finger: HoldsTwice>>(fingers: u64) -> [f64; 2] {
         })
         .expect("a finger");
     }
+    println!("{}: {} told", S::NAME, ratios[0].len());
     ratios.map(|mut ratios| {
         ratios.sort_by(f64::total_cmp);
-        println!("{}: {} told", S::NAME, ratios.len());
         assert!(ratios.len() > 10);
         ratios[ratios.len() / 2]
     })

@@ -34,47 +34,23 @@ fn a_contact_uses_what_pins_have_told_of_the_worm() {
     for phase in 0..6u8 {
         let (sin, cos) = (f32::from(phase) * core::f32::consts::FRAC_PI_3).sin_cos();
         let error = [2e-3 * cos, 2e-3 * sin];
-        let curve = |k_m: f32| {
-            let points = curve(k_m, radius_m, prior().joint_nm[0], &drivetrain);
-            off(&points, &drivetrain, error)
+        let found = |prior: &Prior<Cable>, k_m: f32| {
+            let points = curve(k_m, radius_m, prior.joint_nm[0], &drivetrain);
+            let points = off(&points, &drivetrain, error);
+            judged(&finger, &data(&points, &drivetrain), prior)
         };
-        let mut calibration = Calibration {
-            torque_factor_sigma: 0.115,
-            correlation: 0.0,
-            contacts: 0,
-            ..prior().calibration
+        let noise = Noise {
+            worm_error_rad: 1.5e-3,
+            ..prior().noise
         };
-        for k_m in [0.021, 0.052] {
-            let prior = Prior {
-                place: Place::Known {
-                    phalanx: 2,
-                    k_m,
-                    sigma_m: 3e-4,
-                    radius_m,
-                },
-                calibration,
-                noise: Noise {
-                    worm_error_rad: 1.5e-3,
-                    ..prior().noise
-                },
-                ..prior()
-            };
-            let points = curve(k_m);
-            let mut judged = judged(&finger, &data(&points, &drivetrain), &prior);
-            let learned = judged.learned(&prior).expect("a fit");
-            calibration = calibration
-                .with_contact(&learned.calibration, learned.misfit, learned.strain)
-                .expect("a pin where it is said to be");
-        }
+        let calibration = pinned(radius_m, noise, |_| prior().joint_nm, found);
         for k_m in [0.012, 0.03, 0.04] {
-            let points = curve(k_m);
             let off_m = |calibration: Calibration| {
                 let prior = Prior {
                     calibration,
                     ..prior()
                 };
-                let judged = judged(&finger, &data(&points, &drivetrain), &prior);
-                match judged.verdict(&prior) {
+                match found(&prior, k_m).verdict(&prior) {
                     LocatorResult::At(estimate) => (estimate.k_m - k_m).abs(),
                     other => panic!("{k_m}: {other:?}"),
                 }

@@ -50,21 +50,7 @@ impl Joined {
         let at = (self.place, self.place);
         Some([covariance[at], moved, knowing[at]])
     }
-}
 
-impl Judged {
-    /// Mean error without sign, and the share within two claimed deviations, with an error of this amplitude.
-    pub(super) fn errors(&self, amplitude_rad: f64) -> [f64; 2] {
-        let [mean, _] = biased(self.by_waves * amplitude_rad / self.sigma, 2.0);
-        let [_, within2] = biased(
-            self.by_waves * amplitude_rad / self.sigma,
-            2.0 * self.claimed / self.sigma,
-        );
-        [mean * self.sigma, within2]
-    }
-}
-
-impl Joined {
     /// Who judges the pins with waves of [`DOUBTED_RAD`], and then the contact without any: `keeps` what they have shown of the waves, the
     /// same for all of them, and takes it off the contact.
     pub(super) fn judged(&self, keeps: bool) -> Option<Judged> {
@@ -120,6 +106,17 @@ impl Joined {
             claimed: left[(self.place, self.place)].max(0.0).sqrt(),
             by_waves: (&by_points * waves).norm(),
         })
+    }
+}
+
+impl Judged {
+    /// Mean error without sign, and the share within two claimed deviations, with an error of this amplitude.
+    pub(super) fn errors(&self, amplitude_rad: f64) -> [f64; 2] {
+        let [mean, within2] = biased(
+            self.by_waves * amplitude_rad / self.sigma,
+            2.0 * self.claimed / self.sigma,
+        );
+        [mean * self.sigma, within2]
     }
 }
 
