@@ -209,6 +209,7 @@ impl<A> Changes<A> {
                     jumps: Jumps::default(),
                     stand: Stand::default(),
                     placed: None,
+                    is_over: false,
                     has_changed: false,
                     second: None,
                 });
@@ -239,8 +240,8 @@ impl<A> Changes<A> {
         }
     }
 
-    /// Begins to say where the contact is when the closing is over: with the last word on the grasp where there is one, else with
-    /// that on the contact.
+    /// Begins to say where the contact is when the closing is over, with the last word on the grasp where there is one, else with that on
+    /// the contact, and the motor stands: after that word it runs on, or closes on for the force that is wanted.
     fn place<F: Mechanics, H: JointSensor, X: SeriesElement>(
         &mut self,
         sensor: &Sensor<F, H, X>,
@@ -252,7 +253,7 @@ impl<A> Changes<A> {
         let Some(watched) = &mut self.watched else {
             return;
         };
-        let is_over = match (followed, told) {
+        watched.is_over |= match (followed, told) {
             (
                 Some(Followed::SecondContact {
                     phalanx,
@@ -272,7 +273,19 @@ impl<A> Changes<A> {
             (None, Some(Event::Located { settled: true, .. })) => !A::FOLLOWS,
             _ => false,
         };
-        if is_over && !watched.has_changed {
+        if watched.is_over
+            && watched.placed.is_some()
+            && !watched.has_changed
+            && (watched.stand.is_still() || !self.watches)
+        {
+            let drivetrain = sensor.drivetrain();
+            // The last block, unless the motor has closed on since, to hold more.
+            if let Some(held) = watched.stand.held(drivetrain)
+                && let Some(held_nm) = watched.excess(sensor, &held)
+                && held_nm > watched.last[1]
+            {
+                watched.last = [drivetrain.closing_rad(held.counts), held_nm];
+            }
             // With a second contact the first does not move any more.
             let [angle_rad, excess_nm] = watched.second.unwrap_or(watched.last);
             let calibration = sensor.calibration();

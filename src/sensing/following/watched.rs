@@ -51,6 +51,8 @@ pub(super) struct Watched {
     pub(super) jumps: Jumps,
     pub(super) stand: Stand,
     pub(super) placed: Option<Placed>,
+    /// The closing is over: the place is told once the motor stands.
+    pub(super) is_over: bool,
     /// The contact has changed: its place is not known any more.
     pub(super) has_changed: bool,
     /// The same at a second contact.

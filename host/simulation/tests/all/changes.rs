@@ -2,9 +2,12 @@
 //! docs/SECOND_CONTACTS.md#changes-that-were-told are those of `cargo xtask experiments --only changes`.
 //! `PALPATE_HOLDS=100 PALPATE_WORLD=harsh@mujoco ... -- --nocapture` prints every closing.
 
-use palpate_plant::World;
+use palpate::app::console::command::Command;
+use palpate::app::console::settings::Setting;
+use palpate_plant::{Grasp, Shape, World};
 use palpate_scenes::P70Hold;
-use palpate_simulation::changes::{GRASPS, KINDS, Score, Scores, finger};
+use palpate_simulation::changes::{GRASPS, KINDS, Moved, Score, Scores, finger};
+use palpate_simulation::places::{PIN_SHARES, calibrated};
 use rayon::prelude::*;
 
 /// So many grasps, ten on each drawn finger.
@@ -88,4 +91,34 @@ fn what_becomes_of_a_contact_is_told_and_a_quiet_one_stays_quiet() {
     // The worm holds the push, and the motor stands: there is nothing to tell it from.
     assert_eq!(pushed_held.told, 0);
     assert!(scores.mean(|moved| moved.error_m) < 3e-3 && scores.within2_pct() > 80.0);
+}
+
+/// A finger that probes with little torque closes on afterwards for the force that is wanted: the place is told of where it stands then.
+#[test]
+fn a_contact_has_come_to_where_the_motor_stands() {
+    let world = World::named("workshop").expect("a world");
+    let moved: Vec<Moved> = (1..=4u64)
+        .into_par_iter()
+        .flat_map_iter(|seed| {
+            let finger = calibrated::<P70Hold>(&world, seed, PIN_SHARES).expect("a finger");
+            let (mut simulation, ..) = finger;
+            let probe = Command::Set(Setting::ProbeTorque, 0.1);
+            simulation.slow().coordinator.command(probe).expect("set");
+            simulation.idle(0.01);
+            [0.025, 0.04].map(|k_m| {
+                let shape = Shape::Cylinder { diameter_m: 0.02 };
+                let grasp = Grasp::touching(2, k_m, 0.8, shape);
+                let outcome = simulation.close(&grasp).expect("a grasp");
+                simulation.open().expect("an opening");
+                Moved::of(&outcome).unwrap_or_else(|| panic!("{seed} {k_m}: {outcome:?}"))
+            })
+        })
+        .collect();
+    let mean_mm = |of: fn(&Moved) -> f64| 1e3 * moved.iter().map(of).sum::<f64>() / 8.0;
+    let off_mm = mean_mm(|moved| moved.error_m);
+    println!(
+        "{off_mm:.2} mm off after {:.1} mm",
+        mean_mm(|moved| moved.way_m)
+    );
+    assert!(off_mm < 2.5);
 }
