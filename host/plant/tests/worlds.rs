@@ -81,10 +81,14 @@ fn realistic_worlds_have_every_effect_and_draw_it() {
     }
 }
 
+/// A world with a scene's finger.
+fn of(name: &str, scene: &str) -> Parameters {
+    World::named(name).expect(name).of(scene).expect(scene)
+}
+
 /// A user sees ten degrees and weighs a gram; where the scene states no weight there is nothing to set.
 #[test]
 fn a_user_tells_how_the_finger_hangs_as_well_as_eye_and_scale_do() {
-    let of = |name: &str, scene: &str| World::named(name).expect(name).of(scene).expect(scene);
     assert_eq!(of("harsh", "p70").stated_mounting(), None);
     // Level, or nearly.
     for name in ["ideal", "bench"] {
@@ -193,4 +197,22 @@ fn a_user_states_the_skin_by_the_manuals_table() {
         assert_ne!(truth, stated, "{name}");
     }
     assert_eq!(world("ideal").contact.stated(), None);
+}
+
+/// What a scene has no cable for is drawn without one.
+#[test]
+fn a_finger_without_a_cable_is_drawn_with_its_shaft() {
+    for world in ["ideal", "workshop", "harsh"] {
+        let nominal = of(world, "p70-rigid");
+        let cabled = of(world, "p70");
+        for seed in 0..5 {
+            let cable = nominal.randomised(seed).cable;
+            assert_eq!(
+                (cable.stiffness_n_per_m, cable.creep_fraction),
+                (nominal.cable.stiffness_n_per_m, 0.0)
+            );
+            let drawn = cabled.randomised(seed).cable;
+            assert!((1.5e3..=10e3).contains(&drawn.stiffness_n_per_m));
+        }
+    }
 }
