@@ -16,6 +16,7 @@
 //! | `onset` | the free finger where a contact begins |
 //! | `fit` | one fit: passes over the curve, a few points at a time |
 //! | `starts` | hypotheses and where their fits begin: the finger's inverse, and beside it |
+//! | `radii` | radii of the object, and the order in which they are fitted |
 //! | `shares` | how much of the curve one contact explains |
 //! | `posterior` | verdict: fits weighted by their evidence |
 //! | `force` | posture and force of an estimate |
@@ -27,6 +28,7 @@ mod noise;
 mod onset;
 mod posterior;
 mod prior;
+mod radii;
 mod shares;
 mod starts;
 #[cfg(all(test, feature = "firmware"))]
@@ -41,35 +43,16 @@ pub use prior::{Place, Prior};
 
 use crate::finger::{Class, Free, Mechanics};
 use crate::joint_sensor::Told;
-use crate::numeric::Bounded;
 use crate::sensing::curve::Point;
 use crate::sensing::{Calibration, Drivetrain, SeriesElement};
 use fit::{Fit, Fitted, Progress};
 use model::{Hold, Model};
+use radii::{RADII_M, radius_m};
 use shares::Longer;
 use starts::{HELD_START, last_start};
 
 /// Smallest number of points for a fit.
 pub const LEAST_POINTS: usize = 5;
-/// Radii of the object for which a location is fitted, metre: evenly spaced in the logarithm of the radius plus 3 mm, which
-/// is the prior (chosen).
-const RADII_M: [f32; 6] = [0.001, 0.0045, 0.012, 0.025, 0.05, 0.1];
-/// One of them.
-fn radius_m(index: usize) -> f32 {
-    RADII_M.get(index).copied().unwrap_or_default()
-}
-
-/// Order in which they are fitted, each with the radius whose result is its starting point.
-const ORDER: [(usize, usize); 6] = [(1, 1), (0, 1), (2, 1), (3, 2), (4, 3), (5, 4)];
-/// A radius less likely than the best by this logarithm is skipped, with those beyond it.
-const HOPELESS: f32 = 10.0;
-/// Fit no other radius of a hypothesis whose logarithm of the evidence is below that of the likeliest fit by more than this and that fit's
-/// chi square, because a poor fit decides little (chosen). Most contacts on phalanx 1 have their last word earlier for it.
-const LOST: f32 = 100.0;
-/// Index of the largest radius. It is fitted only where the data demand it.
-const LARGE: usize = 5;
-/// They do where the next smaller radius is likelier than all others by this logarithm.
-const DEMANDED: f32 = 2.0;
 /// Largest number of hypotheses: two places on each of two phalanges, and a proximal contact.
 const MOST: usize = 5;
 
@@ -130,7 +113,7 @@ pub struct Locator<F: Mechanics, X: SeriesElement> {
     /// Number of points of this round.
     number: usize,
     fit: Option<Fit<F, X>>,
-    /// Current hypothesis, index into [`ORDER`], and start.
+    /// Current hypothesis, index into [`ORDER`](radii::ORDER), and start.
     track: usize,
     order: usize,
     start: usize,
@@ -287,82 +270,10 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         self.fit = None;
     }
 
-    /// Keeps a result if it is better than those of earlier starts. Returns whether it was kept.
-    fn keep(&mut self, fitted: Option<Fitted>) -> bool {
-        let track = self.tracks.get_mut(self.track);
-        let Some(kept) = track
-            .zip(ORDER.get(self.order))
-            .and_then(|(track, (radius, _))| track.fits.get_mut(*radius))
-        else {
-            return false;
-        };
-        let better = match (&fitted, &kept) {
-            (Some(new), Some(old)) => self.start == 0 || new.ln_evidence > old.ln_evidence,
-            (Some(_), None) => true,
-            (None, _) => self.start == 0,
-        };
-        if better {
-            *kept = fitted;
-        }
-        better
-    }
-
-    /// Logarithm of the evidence below which a hypothesis is lost (`LOST`). If the likeliest contact slides off its phalanx, none is lost:
-    /// beyond the end of its path it bears with any torque, and may win where others are spoiled.
-    fn lost(&self) -> f32 {
-        let best = self.best_fit().filter(|best| !best.leaves);
-        best.map_or(f32::NEG_INFINITY, |best| {
-            best.ln_evidence - best.chi_square - LOST
-        })
-    }
-
     /// Whether a contact without a place may be on phalanx 1: not where that is hidden, nor where the place is lost at joint 3.
     pub fn may_be_proximal(&self) -> bool {
         let is_beyond = |(track, _): (&Track, _)| track.phalanx > 2;
         F::FIRST_TOUCHING == 1 && !(F::PHALANGES > 2 && self.likeliest().is_some_and(is_beyond))
-    }
-
-    /// Moves on to the next start, radius or hypothesis.
-    fn go_on(&mut self, prior: &Prior<X>, joint: impl Told) {
-        let starts = self.starts();
-        let lost = self.lost();
-        let Some(track) = self.tracks.get_mut(self.track) else {
-            return;
-        };
-        let has_place = track.phalanx > 1;
-        self.start += 1;
-        if self.start < starts << u32::from(joint.change().is_some()) {
-            return;
-        }
-        self.start = 0;
-        loop {
-            self.order += 1;
-            let next = ORDER
-                .get(self.order)
-                .filter(|_| has_place && matches!(prior.place, Place::Anywhere));
-            let Some(&(radius, from)) = next else {
-                self.order = 0;
-                self.track += 1;
-                return;
-            };
-            let mut best = f32::NEG_INFINITY;
-            for (index, fitted) in track.fits.iter().enumerate() {
-                if index != from
-                    && let Some(fitted) = fitted
-                {
-                    best = fitted.ln_evidence.at_least(best);
-                }
-            }
-            best += if radius == LARGE { DEMANDED } else { -HOPELESS };
-            best = best.at_least(lost);
-            let hopeful = (track.fit(from)).is_some_and(|fitted| fitted.ln_evidence > best);
-            if hopeful {
-                return;
-            }
-            if let Some(fit) = track.fits.get_mut(radius) {
-                *fit = None;
-            }
-        }
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::fit::Fitted;
 use super::prior::{K, Scaling, UNKNOWNS};
-use super::{Locator, Prior, RADII_M, Track, radius_m};
+use super::radii::{RADII_M, radius_m};
+use super::{Locator, Prior, Track};
 use crate::finger::{Class, Mechanics};
 use crate::numeric::{Bounded, exp, ln, not_negative, sqrt};
 use crate::sensing::{NotLocated, SeriesElement};

@@ -3,7 +3,8 @@
 
 use super::fit::{Fit, Hypothesis};
 use super::prior::{FRICTION, JOINT, K, LEAST_SHARE, LOSS, Scaling, UNKNOWNS, fits_loss};
-use super::{Data, Locator, ORDER, Place, Prior, Track, Tracks, onset};
+use super::radii::{BACK, ORDER};
+use super::{Data, Locator, Place, Prior, Track, Tracks, onset};
 use crate::finger::{Class, Mechanics};
 use crate::joint_sensor::Told;
 use crate::numeric::{Bounded, clamp};
@@ -157,6 +158,7 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
         };
         let before = match (start, self.order, self.thorough) {
             // Starts from the result of the last round, of the fit that believes the reading, or of the neighbouring radius.
+            (_, BACK.., _) => None,
             (0, 0, _) | (0, _, false) | (HELD_START.., ..) => track.fit(radius),
             _ => None,
         };

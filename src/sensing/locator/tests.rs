@@ -8,6 +8,7 @@ use crate::sensing::Cable;
 use core::marker::PhantomData;
 
 mod lost;
+mod radii;
 mod rivals;
 mod worm;
 
