@@ -247,6 +247,12 @@ impl<'f> Session<'f> {
                 }
             }
             "calibrated" => self.calibrated_with = self.in_force,
+            // The motion was carried out, but taught nothing.
+            "calibration-refused" if self.moving() => {
+                if let Some(step) = self.typed() {
+                    self.refused.push((step.clone(), line.message.clone()));
+                }
+            }
             // Told right before the closing begins.
             "calibrating" => {
                 let pin_m = event.number("pin_m");

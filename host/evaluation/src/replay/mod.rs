@@ -73,8 +73,8 @@ impl std::fmt::Display for NoFriction {
             ),
             Self::Coverage { coverage } => write!(
                 out,
-                "only {:.0} % of the travel were covered both ways at a steady speed, 60 % are needed: is the zero right \
-                 (--zero-counts), is the speed even?",
+                "no friction was learnt from the free motion, of which {:.0} % of the travel were used (60 % are needed, both ways, at \
+                 a steady speed, from the opening stop on): is the zero right (--zero-counts), is the speed even?",
                 100.0 * coverage
             ),
         }
