@@ -3,6 +3,7 @@
 
 use crate::support::firmware;
 use palpate_emulator::sim::{Object, Script, Session, Settings, Step};
+use palpate_plant::Grasp;
 
 /// A session whose script is over soon.
 fn session<'f>(firmware: &'f palpate_emulator::Firmware, commands: &str) -> Session<'f> {
@@ -75,10 +76,9 @@ fn a_stopped_press_asks_for_no_pin_and_a_press_begins_open() {
     }
     session.stop();
     until(&mut session, "calibration-refused why=no-contact", 2.0);
-    // `sim` ends with an error where the firmware has learnt nothing.
     assert!(
-        matches!(&session.refused[..], [(_, why)] if why.contains("no-contact")),
-        "{:?}",
+        session.refused.is_empty(),
+        "the user wanted it: {:?}",
         session.refused
     );
     session.enter(Step::Command("status".to_owned()));
@@ -137,4 +137,22 @@ fn a_closing_that_a_client_asks_for_meets_its_object() {
         "{met:?}"
     );
     assert_eq!(count(&session, "contacts=1 presses=1"), 1);
+}
+
+/// A calibration from which the firmware learns nothing counts as refused, so `sim` ends with an error.
+#[test]
+fn a_pin_that_is_not_there_is_told_at_the_end() {
+    let Some(firmware) = firmware() else { return };
+    let mut session = session(&firmware, "record-friction; calibrate 21");
+    until(&mut session, "calibrating pin_m=0.021", 60.0);
+    // It closes by now.
+    assert_eq!(session.state, "close");
+    let plant = session.machine.plant_mut().expect("a world");
+    plant.place(&Grasp::Free).expect("room");
+    until(&mut session, "calibration-refused why=", 20.0);
+    assert!(
+        matches!(&session.refused[..], [(_, why)] if why.contains("calibration-refused")),
+        "{:?}",
+        session.refused
+    );
 }
