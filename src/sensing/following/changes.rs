@@ -279,7 +279,7 @@ impl<A> Changes<A> {
             && (watched.stand.is_still() || !self.watches)
         {
             let drivetrain = sensor.drivetrain();
-            // The last block, unless the motor has closed on since, to hold more.
+            // Take angle and torque of the last block, or of the stand where the motor has closed on since to hold more.
             if let Some(held) = watched.stand.held(drivetrain)
                 && let Some(held_nm) = watched.excess(sensor, &held)
                 && held_nm > watched.last[1]

@@ -157,7 +157,8 @@ impl<F: Mechanics, X: SeriesElement> Locator<F, X> {
             self.start
         };
         let before = match (start, self.order, self.thorough) {
-            // Starts from the result of the last round, of the fit that believes the reading, or of the neighbouring radius.
+            // Start from the neighbouring radius on the way back, else from the result of the last round, of the fit that believes the
+            // reading, or of the neighbouring radius.
             (_, BACK.., _) => None,
             (0, 0, _) | (0, _, false) | (HELD_START.., ..) => track.fit(radius),
             _ => None,

@@ -247,7 +247,7 @@ impl<'f> Session<'f> {
                 }
             }
             "calibrated" => self.calibrated_with = self.in_force,
-            // The motion was carried out, but taught nothing.
+            // Count a calibration that taught nothing as refused, though its motion was carried out.
             "calibration-refused" if self.moving() => {
                 if let Some(step) = self.typed() {
                     self.refused.push((step.clone(), line.message.clone()));

@@ -78,7 +78,7 @@ fn a_stopped_press_asks_for_no_pin_and_a_press_begins_open() {
     until(&mut session, "calibration-refused why=no-contact", 2.0);
     assert!(
         session.refused.is_empty(),
-        "the user wanted it: {:?}",
+        "stopping a press is no refusal: {:?}",
         session.refused
     );
     session.enter(Step::Command("status".to_owned()));

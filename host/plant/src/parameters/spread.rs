@@ -6,7 +6,7 @@ use rand_pcg::Pcg64Mcg;
 
 /// How far a joint may be from where its own motor should hold it, degree (chosen: the homing of that motor and its gears).
 const HELD_DEG: f64 = 0.5;
-/// No cable is as stiff, newton per metre.
+/// Stiffness that no cable reaches and every shaft exceeds, newton per metre.
 const STIFFEST_N_PER_M: f64 = 1e5;
 /// Changes the seed for what shows between the edges of the PWM.
 const EDGES: u64 = 0x6564_6765_735f_5f5f;
@@ -49,7 +49,7 @@ impl Parameters {
         p.gearhead.drag_nm = random.random_range(0.03e-3..=0.15e-3);
         let stiffness_n_per_m = random.random_range(1.5e3f64.ln()..=10e3f64.ln()).exp();
         let creep_fraction = random.random_range(0.03..=0.07);
-        // The shaft of a scene without a cable is none.
+        // Keep the shaft that stands in for the cable in scenes without one. Draw all the same, so that what follows is as in other scenes.
         if p.cable.stiffness_n_per_m < STIFFEST_N_PER_M {
             p.cable.stiffness_n_per_m = stiffness_n_per_m;
             p.cable.creep_fraction = creep_fraction;

@@ -114,11 +114,12 @@ fn a_contact_has_come_to_where_the_motor_stands() {
             })
         })
         .collect();
-    let mean_mm = |of: fn(&Moved) -> f64| 1e3 * moved.iter().map(of).sum::<f64>() / 8.0;
-    let off_mm = mean_mm(|moved| moved.error_m);
-    println!(
-        "{off_mm:.2} mm off after {:.1} mm",
-        mean_mm(|moved| moved.way_m)
-    );
+    let scores = Scores {
+        moved,
+        ..Scores::default()
+    };
+    let off_mm = 1e3 * scores.mean(|moved| moved.error_m);
+    let way_mm = 1e3 * scores.mean(|moved| moved.way_m);
+    println!("{off_mm:.2} mm off after {way_mm:.1} mm");
     assert!(off_mm < 2.5);
 }
